@@ -288,9 +288,10 @@ class SimplexMesh(Located):
         80
         """
         checks.choice("method", method, ["fan", "dual"])
-        make, of = triangulation.fan, triangulation.data_of_fan
+        c, of = self.connectivity, triangulation.data_of_fan
         if method == "dual":
-            make, of = triangulation.dual_triangles, triangulation.data_of_dual
-        points, triangles = make(self.vertices, self.connectivity)
+            (points, triangles), of = triangulation.dual_triangles(self.vertices, c), triangulation.data_of_dual
+        else:
+            points, triangles = triangulation.fan(self.vertices, c)
         kind = importlib.import_module("simplexmesh.data.triangles").TriangleMesh
-        return kind(points, triangles, of(self.data, self.connectivity), self.unit)
+        return kind(points, triangles, of(self.data, c), self.unit)

@@ -15,14 +15,16 @@ from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.numerics.blending import blended
 
 
-def fan(vertices: Array, connectivity: Connectivity) -> tuple[Array, Indices]:
-    """Return the vertices, then the centroids of the solid faces, and the fan triangles, ordered by face."""
-    loops = connectivity.face_vertices, connectivity.face_offsets
-    solid = ~connectivity.face_is_hole
-    number = connectivity.n_vertices + np.cumsum(solid) - 1
-    corners = [loops[0], face_geometry.following(*loops), np.repeat(number, connectivity.face_sizes)]
-    triangles = np.stack(corners, axis=1)[np.repeat(solid, connectivity.face_sizes)]
-    return np.concatenate([vertices, face_geometry.face_centroids(vertices, *loops)[solid]]), triangles
+def fan(vertices: Array, connectivity: Connectivity, faces: Indices | None = None) -> tuple[Array, Indices]:
+    """Return the vertices, then the centroids of the solid faces, or those given, and the fan triangles by face."""
+    c = connectivity
+    faces = np.flatnonzero(~c.face_is_hole) if faces is None else faces
+    sizes = c.face_sizes[faces]
+    offsets = np.concatenate([[0], np.cumsum(sizes)])
+    corners = c.face_vertices[np.arange(offsets[-1]) + np.repeat(c.face_offsets[faces] - offsets[:-1], sizes)]
+    centers = len(vertices) + np.repeat(np.arange(len(faces)), sizes)
+    triangles = np.stack([corners, face_geometry.following(corners, offsets), centers], axis=1)
+    return np.concatenate([vertices, face_geometry.face_centroids(vertices, corners, offsets)]), triangles
 
 
 def dual_triangles(vertices: Array, connectivity: Connectivity) -> tuple[Array, Indices]:

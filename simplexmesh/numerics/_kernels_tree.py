@@ -137,7 +137,7 @@ def all_nearest(tree, queries, squared, index):
 def within(tree, place, radius, stride, found):
     """Fill `found` with every `stride`-th point within `radius`; return the number of points before thinning."""
     stack = np.zeros(STACK, np.int64)
-    count = top = 0
+    count = top = kept = 0
     while top >= 0:
         node = stack[top]
         top -= 1
@@ -150,7 +150,8 @@ def within(tree, place, radius, stride, found):
             continue
         for i in range(tree.starts[node], tree.ends[node]):
             if squared_distance(tree.points, i, place) <= radius * radius:
-                if count % stride == 0 and count // stride < len(found):
-                    found[count // stride] = i
+                if count == kept * stride and kept < len(found):
+                    found[kept] = i
+                    kept += 1
                 count += 1
     return count

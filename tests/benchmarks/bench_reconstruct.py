@@ -36,7 +36,23 @@ def jobs(folder):
             {"poses": folder / "bun.conf", "vertices": 4000},
         ),
         "kitten, 5,210 oriented points, 3,000 vertices": (folder / "kitten.xyz", {"vertices": 3000}),
-    }
+        "ellipsoid, 128^3 voxels, 10,000 vertices": (ellipsoid(), {"level": 0.0, "vertices": 10_000}),
+        **{f"spot, 200,000 points, 0.5 % noise, {vertices:,} vertices": (noisy(folder), {"vertices": vertices})
+           for vertices in (10_000, 30_000, 100_000)},
+    }  # fmt: skip
+
+
+def ellipsoid():
+    """Return a volume whose level 0 is an ellipsoid, without noise."""
+    x, y, z = np.mgrid[:128, :128, :128] - 63.5
+    return sm.Volume(40 * (1 - np.sqrt((x / 50) ** 2 + (y / 40) ** 2 + (z / 30) ** 2)))
+
+
+def noisy(folder):
+    """Return points on the cow, without normals."""
+    rng = np.random.default_rng(0)
+    points = sm.read(folder / "spot.obj").sampled(200_000, rng=rng).points
+    return points + rng.normal(scale=0.005 * np.linalg.norm(np.ptp(points, axis=0)), size=points.shape)
 
 
 def told(figures, name, data, options):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import prange
 
 from simplexmesh._base._kernels_njit import njit
 from simplexmesh._base.arrays import Array, Indices, Mask
@@ -120,10 +121,10 @@ def overlapping_boxes(low: Array, high: Array, origin: Array, cell: float, shape
     return out[:found].copy()
 
 
-@njit(cache=True)
+@njit(cache=True, parallel=True)
 def are_crossing(points: Array, triangles: Indices, pairs: Indices) -> Mask:
     """Return which pairs (m, 2) of triangles cross."""
     out = np.empty(pairs.shape[0], np.bool_)
-    for k in range(out.size):
+    for k in prange(out.size):
         out[k] = triangles_cross(points, triangles[pairs[k, 0]], triangles[pairs[k, 1]])
     return out

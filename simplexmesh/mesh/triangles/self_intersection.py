@@ -11,7 +11,7 @@ import math
 import numpy as np
 from scipy import ndimage
 
-from simplexmesh._base.arrays import Array, Indices, Mask
+from simplexmesh._base.arrays import Array, Indices, Indices32, Mask
 from simplexmesh._base.vectors import cross, dot, normalized
 from simplexmesh.mesh import triangulation
 from simplexmesh.mesh.connectivity import Connectivity
@@ -44,12 +44,12 @@ def self_intersections(vertices: Array, connectivity: Connectivity, among: Mask 
 
     With `among` (f,) the pairs of these faces and their surroundings: not all, but all with one of these.
     """
-    points, triangles = triangulation.fan(vertices, connectivity)
     faces = np.flatnonzero(~connectivity.face_is_hole)
-    owner = np.repeat(faces, connectivity.face_sizes[faces])
     if among is not None:
-        beside = _beside(points, triangles, among[owner])
-        triangles, owner = triangles[beside], owner[beside]
+        places = vertices[connectivity.face_vertices]
+        faces = faces[_beside(places, connectivity.face_offsets, faces, among[faces])]
+    points, triangles = triangulation.fan(vertices, connectivity, faces)
+    owner = np.repeat(faces, connectivity.face_sizes[faces])
     pairs = np.unique(np.sort(owner[crossing_triangles(points, triangles)], axis=1), axis=0)
     own = pairs[pairs[:, 0] == pairs[:, 1], 0]  # flat ones, whose triangles touch, seem to within rounding
     corners = (connectivity.face_vertices[slice(*connectivity.face_offsets[f : f + 2])] for f in own)
@@ -73,11 +73,11 @@ def _boxes(points: Array, triangles: Indices) -> tuple[Array, Array]:
     return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
 
 
-def _beside(points: Array, triangles: Indices, chosen: Mask) -> Mask:
-    """Return a mask (t,) of triangles near those chosen: boxes that meet begin in neighboring cells as large as any."""
+def _beside(corners: Array, offsets: Indices32, faces: Indices, chosen: Mask) -> Mask:
+    """Return a mask (m,) of faces near those chosen: boxes that meet begin in neighboring cells as large as any."""
     if not chosen.any():
         return chosen
-    low, high = _boxes(points, triangles)
+    low, high = (bound.reduceat(corners, offsets[:-1], axis=0)[faces] for bound in (np.minimum, np.maximum))
     origin = low.min(axis=0)
     cell = max(1.001 * float((high - low).max()), float((low - origin).max()) / 64, np.finfo(float).tiny)
     at = np.ravel_multi_index(tuple(((low - origin) // cell).astype(np.int64).T + 1), (67, 67, 67))

@@ -92,15 +92,18 @@ def mean_edge(mesh: SimplexMesh) -> float:
 def is_at_rest(states: Sequence[State], edge: float) -> bool:
     """Return whether in the last ten of a stage's states no vertex moved by much of an `edge`, or the energy rests.
 
-    It also rests where it is that of vertices that are all so near to their goals (``alpha / 2`` is 0.2): on clean data
-    it goes on falling as they slide along the surface.
+    It rests where it changes no more than it fluctuates with a few that swing, and where it is that of vertices
+    that are all so near to their goals (``alpha / 2`` is 0.2): on clean data it goes on falling as they slide along the
+    surface.
     """
     if len(states) < 20 or len(states) % 10:
         return False
     if max(state.move for state in states[-10:]) <= STILL * edge:
         return True
-    now, then = (float(np.mean([state.energy for state in part])) for part in (states[-10:], states[-20:-10]))
-    return now <= 0.2 * (STILL * edge) ** 2 or abs(now - then) <= LEVEL * then
+    last, before = np.array([state.energy for state in states[-20:]]).reshape(2, 10)[::-1]
+    now, then = float(last.mean()), float(before.mean())
+    chance = float(last.std()) * (2 / len(last)) ** 0.5  # standard error of the change
+    return now <= 0.2 * (STILL * edge) ** 2 or abs(now - then) <= max(LEVEL * then, chance)
 
 
 class Release:

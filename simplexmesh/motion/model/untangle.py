@@ -14,9 +14,11 @@ from scipy.sparse.linalg import spsolve
 from simplexmesh._base.arrays import Array, Indices, Indices32, Mask
 from simplexmesh._base.errors import DivergedError, warn
 from simplexmesh.mesh.check import tangled_with
+from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.mesh.triangles.self_intersection import self_intersections
 from simplexmesh.motion.model.deform import DeformableModel
+from simplexmesh.motion.model.excerpt import excerpt
 from simplexmesh.motion.targets.protocol import Target
 from simplexmesh.motion.topology.face_regions import dilated
 
@@ -26,10 +28,10 @@ PATIENCE = 3
 
 @dataclass(frozen=True, eq=False)
 class Tangles:
-    """A mesh and its tangled vertices; `known` are positions (n, 3) and the pairs of faces that intersect there."""
+    """A mesh and its tangled vertices; of another one, only what moved since is searched."""
 
     mesh: SimplexMesh
-    known: tuple[Array, Indices] | None = None
+    known: tuple[Array, Indices, Mask] | None = None  # positions (n, 3), and `pairs` and `bent` there
 
     @cached_property
     def pairs(self) -> Indices:
@@ -43,9 +45,24 @@ class Tangles:
         return np.unique(np.concatenate([kept, self_intersections(vertices, c, changed)]), axis=0)
 
     @cached_property
+    def bent(self) -> Mask:
+        """(n,) mask of the vertices inverted, degenerate, or on a face folded or flat."""
+        none = np.zeros((0, 2), np.int64)
+        if self.known is None:
+            return tangled_with(self.mesh, none)
+        c, moved = self.mesh.connectivity, (self.mesh.vertices != self.known[0]).any(axis=1)
+        near = _on_faces_of(c, dilated(moved, c.neighbors, 1))  # whose normals changed
+        part, rows = excerpt(self.mesh, _on_faces_of(c, near))
+        out, here = self.known[2].copy(), near[rows]
+        out[rows[here]] = tangled_with(part, none)[here]
+        return out
+
+    @cached_property
     def vertices(self) -> Mask:
         """(n,) mask of the tangled vertices."""
-        return tangled_with(self.mesh, self.pairs)
+        faces = np.zeros(len(self.mesh.connectivity.face_sizes), bool)
+        faces[self.pairs.ravel()] = True
+        return np.asarray(self.bent | faces[self.mesh.connectivity.vertex_faces].any(axis=1))
 
     @property
     def count(self) -> int:
@@ -63,7 +80,7 @@ class Tangles:
     def with_positions(self, moved: SimplexMesh, free: Mask) -> Tangles:
         """Return the mesh with the positions of some vertices from another."""
         mixed = self.mesh.moved(np.where(free[:, None], moved.vertices, self.mesh.vertices))
-        return Tangles(mixed, (self.mesh.vertices, self.pairs))
+        return Tangles(mixed, (self.mesh.vertices, self.pairs, self.bent))
 
     def regions(self, other: Tangles, marked: Mask) -> Indices32:
         """Return (n,) labels of regions: marked vertices connected by edges or by an intersection in either mesh."""
@@ -73,6 +90,13 @@ class Tangles:
         rows, columns = np.concatenate([edges, first[self.pairs], first[other.pairs]]).T
         graph = coo_array((np.ones(len(rows), bool), (rows, columns)), shape=(c.n_vertices, c.n_vertices))
         return np.asarray(connected_components(graph, directed=False)[1])
+
+
+def _on_faces_of(connectivity: Connectivity, marked: Mask) -> Mask:
+    """Return the vertices (n,) on faces, but holes, of those marked."""
+    faces = np.zeros(len(connectivity.face_sizes), bool)
+    faces[connectivity.vertex_faces[marked]] = True
+    return np.asarray((faces & ~connectivity.face_is_hole)[connectivity.vertex_faces].any(axis=1))
 
 
 def untangled(
@@ -85,13 +109,22 @@ def untangled(
     does not help. Remaining tangles are blended with `start`, the same mesh at untangled positions near the data. In
     the end all moved vertices are fitted to the data again, less stiffly, where that tangles nothing.
     """
-    tangles = _smoothed(Tangles(mesh), target, reach, range(min(PATIENCE, rounds)))
+    tangles = untangled_from(Tangles(mesh), target, reach=reach, start=start, rounds=rounds)
+    return tangles.mesh, tangles.count
+
+
+def untangled_from(
+    tangles: Tangles, target: Target, *, reach: float, start: SimplexMesh | None = None, rounds: int = 10
+) -> Tangles:
+    """Return what `untangled` does, from tangles of which some may be known, with those that are left."""
+    mesh = tangles.mesh
+    tangles = _smoothed(tangles, target, reach, range(min(PATIENCE, rounds)))
     tangles = _blended_with_start(tangles, start)
     if rounds > PATIENCE and tangles.count:
         tangles = _blended_with_start(_smoothed(tangles, target, reach, range(PATIENCE, rounds)), start)
     if tangles.mesh is not mesh:
         tangles = _refitted(tangles, mesh, target, reach)
-    return tangles.mesh, tangles.count
+    return tangles
 
 
 def filmed(mesh: SimplexMesh, zone: Mask) -> SimplexMesh:
@@ -126,8 +159,9 @@ def _smoothed(tangles: Tangles, target: Target, reach: float, attempts: Iterable
         if not tangles.count:
             break
         marked = dilated(tangles.vertices, tangles.mesh.neighbors, 2 + attempt)
-        free = marked.astype(float)
-        relaxing = DeformableModel(tangles.mesh, alpha=0.5 * free, damping=1.0, constraint="orientation")
+        part, rows = excerpt(tangles.mesh, dilated(marked, tangles.mesh.neighbors, 3 + attempt))
+        free = marked[rows].astype(float)
+        relaxing = DeformableModel(part, alpha=0.5 * free, damping=1.0, constraint="orientation")
         try:
             for _ in relaxing.run(5 + 5 * attempt, warnings=False):
                 pass
@@ -146,8 +180,15 @@ def _smoothed(tangles: Tangles, target: Target, reach: float, attempts: Iterable
         except DivergedError as error:  # a mesh too coarse for its topology has no smooth shape
             warn(f"untangling ended early: {error}")
             break
-        tangles = tangles.improved(refitting.mesh, marked)
+        tangles = tangles.improved(_with_rows(tangles.mesh, rows, refitting.mesh), marked)
     return tangles
+
+
+def _with_rows(mesh: SimplexMesh, rows: Indices, part: SimplexMesh) -> SimplexMesh:
+    """Return the mesh with the positions of an excerpt."""
+    vertices = mesh.vertices.copy()
+    vertices[rows] = part.vertices
+    return mesh.moved(vertices)
 
 
 def _blended_with_start(tangles: Tangles, start: SimplexMesh | None) -> Tangles:
@@ -169,18 +210,20 @@ def _refitted(tangles: Tangles, before: SimplexMesh, target: Target, reach: floa
     neighbors = tangles.mesh.neighbors
     marked = dilated((tangles.mesh.vertices != before.vertices).any(axis=1), neighbors, 1)
     for _ in range(4):
-        free = marked.astype(float)
-        model = DeformableModel(tangles.mesh, target, alpha=0.4 * free, beta=0.4 * free, damping=1.0, reach=reach)
+        part, rows = excerpt(tangles.mesh, dilated(marked, neighbors, 1))
+        free = marked[rows].astype(float)
+        model = DeformableModel(part, target, alpha=0.4 * free, beta=0.4 * free, damping=1.0, reach=reach, rigidity=1)
         try:
             for _ in model.run(10, warnings=False):
                 pass
         except DivergedError as error:
             warn(f"parts that were untangled are not fitted to the data again: {error}")
             break
-        refitted = tangles.with_positions(model.mesh, marked)
+        fitted = _with_rows(tangles.mesh, rows, model.mesh)
+        refitted = tangles.with_positions(fitted, marked)
         region = tangles.regions(refitted, marked | refitted.vertices)
         worse = (np.bincount(region, refitted.vertices) > np.bincount(region, tangles.vertices))[region]
-        back = tangles.with_positions(model.mesh, marked & ~worse) if worse.any() else refitted
+        back = tangles.with_positions(fitted, marked & ~worse) if worse.any() else refitted
         if back.count <= tangles.count:
             tangles = back
         marked = marked & worse & ~dilated(refitted.vertices, neighbors, 2)

@@ -15,7 +15,7 @@ from simplexmesh.mesh.face_geometry import face_centroids
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.mesh.triangulation import fan
 from simplexmesh.motion.model.state import mean_edge
-from simplexmesh.motion.model.untangle import Tangles, filmed, untangled
+from simplexmesh.motion.model.untangle import Tangles, filmed, untangled_from
 from simplexmesh.motion.reconstruct.inputs import Input
 from simplexmesh.motion.reconstruct.open_data import border_width
 from simplexmesh.motion.reconstruct.result import LEAST_BARE, Distance, Summary
@@ -44,7 +44,7 @@ class Strays:
     """The start of a motion and the points of its data, which tell where a mesh has strayed.
 
     A vertex strayed when it, or the center of one of its faces, is farther from the data than the start is at the place
-    nearest to it, by an edge; the mesh strayed from a point of the data that the start was nearer to, by an edge.
+    nearest to it, by `edge`; the mesh strayed from a point of the data that the start was nearer to, by as much.
     """
 
     start: SimplexMesh
@@ -94,7 +94,8 @@ def restore(run: Run) -> None:
     """Put back places of a model begun near the data that strayed, if that tangles nothing; warn of the rest."""
     if run.options.init in PRIMITIVES or not run.stages[-1].iterations:
         return
-    strays = Strays(run.start, drawn_points(run.data), mean_edge(run.mesh))
+    scatter = max(run.data.resolution, getattr(run.target, "noise", 0.0))  # of the distances of places to the data
+    strays = Strays(run.start, drawn_points(run.data), max(mean_edge(run.mesh), 2 * scatter))
     if not strays.among(run.mesh).any():
         return
     tangles = restored(Tangles(run.mesh), strays, run.target)
@@ -116,9 +117,9 @@ def restored(tangles: Tangles, strays: Strays, target: Target) -> Tangles:
             zone = strays.around(mesh, strayed, rings)
             film = filmed(mesh, zone)
             if laid:
-                film = mesh.moved(np.where(zone[:, None], strays.places(film.vertices), mesh.vertices))
-            moved, _ = untangled(film, target, reach=strays.edge, rounds=3)
-            tangles = _improved(tangles, moved, strays)
+                film = film.moved(strays.places(film.vertices))
+            mended = untangled_from(tangles.with_positions(film, zone), target, reach=strays.edge, rounds=3)
+            tangles = _improved(tangles, mended.mesh, strays)
     return tangles
 
 
@@ -148,16 +149,17 @@ def measure(run: Run) -> None:
     mesh, reach, points = run.mesh, run.stages[-1].reach, drawn_points(run.data)
     gaps = run.target.gap(np.ascontiguousarray(mesh.vertices), np.ascontiguousarray(mesh.normals), reach)
     away, unseen = np.abs(gaps), np.isnan(gaps)
-    away[unseen] = cKDTree(points).query(mesh.vertices[unseen], workers=-1)[0]
+    if unseen.any():
+        away[unseen] = cKDTree(points).query(mesh.vertices[unseen], workers=-1)[0]
     surface = fan(mesh.vertices, mesh.connectivity)
     missing = surface_distance(points, *surface)
+    limit = max(reach, FAR * float(np.linalg.norm(np.ptp(points, axis=0))))
     enclosed = np.zeros(len(points), bool)
     if not mesh.n_holes:
-        far = np.flatnonzero(missing > reach)
+        far = np.flatnonzero(missing > (reach if run.data.layered else limit))  # of points, noise is farther than reach
         enclosed[far[inside_surface(points[far], *surface)]] = True
     run.distance = Distance(Summary.of(away), Summary.of(missing), Summary.of(missing[enclosed]))
     run.mesh = mesh.with_data(distance=away)
-    limit = max(reach, FAR * float(np.linalg.norm(np.ptp(points, axis=0))))
     run.bare = share_of_area(mesh, away > 2 * reach)
     lid = run.options.closes and has_lid(run.target, mesh, run.bare)
     if lid:

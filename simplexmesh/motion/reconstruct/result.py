@@ -174,7 +174,8 @@ class Reconstruction:
         Share of the area of the mesh without data nearby, as of a lid that closes open data; NaN as for `distance`.
     restored : int
         Number of vertices put back where parts of the model had strayed from the data: vertices or centers of faces
-        were farther from it than the start was there, by more than a mean edge.
+        were farther from it than the start was there, by more than a mean edge, or twice the noise or spacing of the
+        data where that is more.
     strayed : int
         Number of vertices that, or whose faces, are still farther from the data than that.
     creases : tuple of FeatureLine

@@ -7,6 +7,7 @@ from typing import Any
 
 import igl
 import numpy as np
+from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices, Mask
@@ -184,12 +185,15 @@ def border_sides(faces: Indices) -> Mask:
 
 def surface_distance(points: Array, vertices: Array, faces: Indices) -> Array:
     """Return (n,) the unsigned distances of points to a triangulated surface."""
+    out = np.zeros(len(points))
+    order = cKDTree(points).indices  # neighbors one after the other take a third of the time
     squared, _, _ = igl.point_mesh_squared_distance(
-        np.ascontiguousarray(points, dtype=np.float64),
+        np.ascontiguousarray(points[order], dtype=np.float64),
         np.ascontiguousarray(vertices, dtype=np.float64),
         np.ascontiguousarray(faces, dtype=np.int64),
     )
-    return np.sqrt(np.asarray(squared).ravel())
+    out[order] = np.sqrt(np.asarray(squared).ravel())
+    return out
 
 
 def inside_surface(points: Array, vertices: Array, faces: Indices) -> Mask:

@@ -125,3 +125,11 @@ def test_tangles_after_moves_here_and_there_are_those_of_the_whole_mesh(seed, sh
         tangles = tangles.with_positions(moved, rng.random(START.n_vertices) < share**3)
     assert_array_equal(tangles.pairs, Tangles(tangles.mesh).pairs)
     assert_array_equal(tangles.vertices, Tangles(tangles.mesh).vertices)
+
+
+def test_fine_models_of_noisy_points_do_not_stray_and_enclose_none():
+    rng = np.random.default_rng(0)
+    points = sm.sphere(40).triangulated().sampled(6000, rng=rng).points
+    points = points + rng.normal(scale=0.03, size=points.shape)
+    out = sm.reconstruct(points, vertices=6000, creases="none")
+    assert (out.restored, out.strayed, out.distance.enclosed.count) == (0, 0, 0)

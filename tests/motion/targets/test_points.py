@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from simplexmesh.data.points import PointCloud
 from simplexmesh.motion.targets.points import Points
 from simplexmesh.motion.targets.surfels._kernels_fit import Cloud, fit, new_local
+from simplexmesh.motion.targets.surfels.surfels import centers_and_radii, fitted_surfels
 from simplexmesh.numerics.kd_tree import kd_tree
 from tests.motion.targets import reference as naive
 
@@ -330,3 +331,13 @@ def test_duplicate_points_change_nothing():
     once = Points(points).gap(places, normals, 0.3)
     thrice = Points(np.concatenate([points, points, points])).gap(places, normals, 0.3)
     np.testing.assert_allclose(thrice, once, atol=1e-6)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.02])
+def test_most_fits_are_kept_however_thick_the_layer_of_points(noise):
+    rng = np.random.default_rng(0)
+    points = torus_points(60_000, rng)[0]
+    points = points + noise * rng.normal(size=points.shape)
+    tree, none = kd_tree(points), np.zeros((0, 3))
+    fits = len(centers_and_radii(Cloud(*tree[:4], none, none))[0])
+    assert len(fitted_surfels(points).points) > 0.65 * fits

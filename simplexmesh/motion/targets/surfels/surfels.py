@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._base.arrays import Array, Indices, Indices32, Mask
-from simplexmesh._base.vectors import norm
+from simplexmesh._base.vectors import dot, norm
 from simplexmesh.motion.targets.surfels import _kernels_patches
 from simplexmesh.motion.targets.surfels import _kernels_surfels as kernels
 from simplexmesh.motion.targets.surfels._kernels_fit import Cloud, Report
@@ -40,13 +40,31 @@ def centers_and_radii(cloud: Cloud) -> tuple[Indices, Array]:
     points, n = cloud.points, len(cloud.points)
     pilots = np.unique(np.linspace(0, n - 1, PILOTS).astype(np.int64))
     chosen = _chosen_radii(cloud, pilots)
-    centers = thinned(points, float(np.quantile(chosen, 0.1)) / 4)
-    if len(centers) > MAX_SURFELS:
-        centers = centers[np.linspace(0, len(centers) - 1, MAX_SURFELS).astype(np.int64)]
-    near = kd_tree(points[pilots])
-    _, index = nearest(near, points[centers], min(4, len(pilots)))
-    radii = np.exp(np.log(chosen[near.order[index]]).mean(axis=1))
+    cell, near = float(np.quantile(chosen, 0.1)) / 4, kd_tree(points[pilots])
+    centers = thinned(points, cell)
+    index = near.order[nearest(near, points[centers], min(4, len(pilots)))[1]]
+    apart = thinned(_without_noise(cloud, centers, pilots[index[:, 0]], chosen[index[:, 0]]), 0.6 * cell)
+    apart = apart[np.linspace(0, len(apart) - 1, min(len(apart), MAX_SURFELS)).astype(np.int64)]
+    centers, index = centers[apart], index[apart]
+    radii = np.exp(np.log(chosen[index]).mean(axis=1))
     return centers, np.maximum(radii, _base_radii(cloud, centers))
+
+
+def _without_noise(cloud: Cloud, centers: Indices, pilots: Indices, radii: Array) -> Array:
+    """Return points (m, 3) on the planes of pilots: noise spreads them over layers of cells, and fits over one."""
+    pilots, first, of = np.unique(pilots, return_index=True, return_inverse=True)
+    table, report = _fits(cloud, pilots, radii[first])
+    points, near = cloud.points[centers], table[of]
+    offset = dot(points - near[:, :3], near[:, 3:6])
+    noisy = np.abs(offset) < 2.0 * np.asarray(report.noise)[of]
+    return points - np.where(noisy, offset, 0.0)[:, None] * np.nan_to_num(near[:, 3:6])
+
+
+def _fits(cloud: Cloud, centers: Indices, radii: Array) -> tuple[Array, Report]:
+    """Return the fits (m, 12) around points, and their report; `radii` (m,) are reduced as by `fit_all`."""
+    table, reports = np.zeros((len(centers), 12)), np.zeros((len(centers), len(Report._fields)))
+    kernels.fit_all(cloud, centers, radii, not len(cloud.spread), table, reports)
+    return table, Report(*reports.T)
 
 
 def _base_radii(cloud: Cloud, centers: Indices) -> Array:
@@ -166,9 +184,7 @@ def fitted_surfels(points: Array, normals: Array | None = None, spread: Array | 
     cloud = Cloud(*tree[:4], facing, errors)
     centers, radii = centers_and_radii(cloud)
     cell = float(np.quantile(radii, 0.1)) / 5
-    table, reports = np.zeros((len(centers), 12)), np.zeros((len(centers), len(Report._fields)))
-    kernels.fit_all(cloud, centers, radii, spread is None, table, reports)
-    report = Report(*reports.T)
+    table, report = _fits(cloud, centers, radii)
     noise, trusted = np.asarray(report.noise), _trusted(report, radii)
     if spread is not None and normals is not None:  # without outliers, places too thin for a fit are kept as points
         lone = centers[~trusted]
