@@ -29,6 +29,9 @@ STEP = 0.1
 AHEAD = 1.5
 """In mean edges along a line from its end: the direction in which it leaves."""
 
+NARROWED = 0.7
+"""Share by which the distance of two vertices along a line may be less than the mean one."""
+
 End = tuple[int, int]
 
 
@@ -207,14 +210,26 @@ def _closed_path(trace: Tracing, line: Line) -> Indices:
 
 
 def _places(mesh: SimplexMesh, path: Indices, line: Line) -> Array:
-    """Return evenly spaced places (k, 3) on a line for the vertices of a path, of a closed one turned to fit best."""
+    """Return places (k, 3) on a line for the vertices of a path in their order, as near to them as evenly spread."""
     samples, along = line.samples(STEP * mean_edge(mesh))
     whole, count = along[-1], len(path)
+    nearest = along[cKDTree(samples[: len(samples) - line.closed]).query(mesh.vertices[path])[1]]
+    if line.closed:
+        nearest = np.unwrap(nearest, period=whole)
+        step = np.copysign(whole, nearest[-1] - nearest[0]) / count
+        links = np.roll(np.eye(count), 1, axis=1) - np.eye(count)
+    else:
+        step, links = whole / (count - 1), np.diff(np.eye(count), axis=0)
+    off = nearest - step * np.arange(count)
+    held = np.eye(count) if line.closed else np.diag(np.where(np.arange(count) % (count - 1), 1.0, 1e6))
     if not line.closed:
-        return at_distances(samples, along, np.linspace(0.0, whole, count))
-    nearest = np.unwrap(along[cKDTree(samples[:-1]).query(mesh.vertices[path])[1]], period=whole)
-    even = np.copysign(whole, nearest[-1] - nearest[0]) / count * np.arange(count)
-    return at_distances(samples, along, (even + (nearest - even).mean()) % whole)
+        off[[0, -1]] = 0.0
+    for evenness in 4.0 ** np.arange(8):
+        shift = np.linalg.solve(held + evenness * links.T @ links, held @ off)
+        if (np.copysign(1.0, step) * (links @ shift)[: count - 1] > -NARROWED * abs(step)).all():
+            break
+    out = step * np.arange(count) + shift
+    return at_distances(samples, along, out % whole if line.closed else np.clip(out, 0.0, whole))
 
 
 def on_paths(paths: Sequence[Path], count: int) -> Mask:

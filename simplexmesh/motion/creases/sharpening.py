@@ -30,9 +30,6 @@ from simplexmesh.surface.features.lines.network import FeatureLine
 BESIDE = 0.7
 """In mean edges: data as near to a line tells whether it is a crease."""
 
-ROUNDED = 0.15
-"""Deviation of rounded creases from their data, at least, in mean edges times the tangent of half the angle."""
-
 IMPROVED = 0.5
 """Share of the squared deviation beyond noise that may be left at a line, for it to be a crease."""
 
@@ -80,10 +77,9 @@ def sharpened(mesh: SimplexMesh, points: Array, target: Any) -> Sharpened | None
         return None
     lines = crease_lines(mesh, points, noise)
     rounded = [_excess(line, points, before, noise, edge) for line in lines]
-    least = [(ROUNDED * edge * np.tan(line.angle / 2)) ** 2 for line in lines]
-    if not _are_most([k for k in range(len(lines)) if rounded[k] > least[k]], lines):
-        return None
     candidates = [k for k in range(len(lines)) if rounded[k] > 0]
+    if not _are_most(candidates, lines):
+        return None
     found = _moved_onto(mesh, [lines[k] for k in candidates], points, target, edge)
     if found is None:
         return None
@@ -127,11 +123,10 @@ def _moved_onto(mesh: SimplexMesh, lines: Sequence[Line], points: Array, target:
     now = mesh.moved(vertices).with_data(crease=creased.astype(np.uint8))
     now = filmed(now, dilated(creased, mesh.neighbors, 2) & ~creased)
     sided = Sided(now, paths, points, target)
-    rows = np.flatnonzero(creased)
     try:
         now = _settled(now, sided, creased, 40, edge)
         for _ in range(2):
-            now = _settled(now.moved(sided.met(now, rows, edge)), sided, creased, 20, edge)
+            now = _settled(now.moved(sided.met(now, paths, edge)), sided, creased, 20, edge)
         for rings in (1, 2):
             tangled = tangled_vertices(now)
             if not tangled.any():

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_array
+from scipy.sparse import bsr_array, coo_array, csr_array, eye_array, kron
 from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices, Mask
@@ -21,6 +22,9 @@ from simplexmesh.numerics.kd_tree import nearest
 
 FEWEST = 30
 """Points of a part from which it is fitted on its own."""
+
+STIFFNESS = 0.05
+"""Weight of a second difference along a crease, of a distance to a side one."""
 
 ASTRIDE = 2.0
 """In standard deviations of the noise: points nearer to a crease may belong to either side."""
@@ -93,11 +97,14 @@ class Sided(BuiltInTarget):
             out[self._others] = self.whole.gap(vertices[self._others], normals[self._others], reach)
         return out
 
-    def met(self, mesh: SimplexMesh, rows: Indices, farthest: float) -> Array:
-        """Return vertices with those of creases `rows` (k,) moved to where the surfaces of the parts there meet.
+    def met(self, mesh: SimplexMesh, paths: Sequence[Path], farthest: float) -> Array:
+        """Return vertices with those of paths moved to where the surfaces of the parts there meet, in smooth lines.
 
-        The least move that puts each on the tangent planes of all its parts; none by more than `farthest`.
+        Least squares of the distances to the tangent planes of all parts around a vertex, and of second differences
+        along the paths: these decide how vertices are spread along the lines, and across them where sides meet at a
+        small angle. None moves by more than `farthest`.
         """
+        rows = np.unique(np.concatenate([path.vertices for path in paths]))
         around, at = self.face_parts[mesh.connectivity.vertex_faces[rows]], mesh.vertices[rows]
         A, b = np.zeros((len(rows), 3, 3)), np.zeros((len(rows), 3))
         for k, target in self.targets.items():
@@ -111,8 +118,25 @@ class Sided(BuiltInTarget):
             here, normals, gaps = here[known], normals[known], gaps[known]
             A[here] += normals[:, :, None] * normals[:, None, :]
             b[here] += gaps[:, None] * normals
-        move = (np.linalg.pinv(A, rcond=0.01, hermitian=True) @ b[:, :, None])[:, :, 0]
+        bends = second_differences([np.searchsorted(rows, path.vertices) for path in paths], [p.closed for p in paths], len(rows))
+        stiff = kron(STIFFNESS * (bends.T @ bends) + 0.003 * eye_array(len(rows)), eye_array(3))
+        index = np.arange(len(rows))
+        system = bsr_array((A, index, np.arange(len(rows) + 1)), shape=stiff.shape) + stiff
+        move = spsolve(system.tocsc(), b.ravel()).reshape(-1, 3)
         move[np.linalg.norm(move, axis=1) > farthest] = 0.0
         out = mesh.vertices.copy()
         out[rows] += move
         return out
+
+
+def second_differences(chains, closed, count):
+    """Return the matrix (m, count) of second differences along chains of rows."""
+    triples = []
+    for chain, loop in zip(chains, closed, strict=True):
+        if loop:
+            triples.append(np.stack([np.roll(chain, 1), chain, np.roll(chain, -1)], axis=1))
+        elif len(chain) > 2:
+            triples.append(np.stack([chain[:-2], chain[1:-1], chain[2:]], axis=1))
+    rows = np.concatenate(triples) if triples else np.zeros((0, 3), np.int64)
+    i = np.repeat(np.arange(len(rows)), 3)
+    return csr_array((np.tile([1.0, -2.0, 1.0], len(rows)), (i, rows.ravel())), shape=(len(rows), count))
