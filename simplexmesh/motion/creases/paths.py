@@ -32,6 +32,9 @@ AHEAD = 1.5
 NARROWED = 0.7
 """Share by which the distance of two vertices along a line may be less than the mean one."""
 
+ROUNDS = 6
+"""Of tracing, while lines find no way."""
+
 End = tuple[int, int]
 
 
@@ -65,18 +68,39 @@ class Path:
 
 
 def traced(mesh: SimplexMesh, lines: Sequence[Line]) -> list[Path]:
-    """Return the paths of lines, the shortest first; of lines that find no way none.
+    """Return the paths of lines; of lines that find no way none.
 
     Open lines with an end in common share the vertex there, a node. Where two or three meet they leave it by different
-    edges, in the order in which they lie around it. Other vertices are on one path only.
+    edges, in the order in which they lie around it. Other vertices are on one path only. The shortest lines come first,
+    but once more those before that others leave no way; of all rounds the one with most length is returned.
     """
+    order = np.argsort([line.length for line in lines]).tolist()
+    best: list[Path] = []
+    for _ in range(ROUNDS):
+        paths = _traced_in_order(mesh, lines, order)
+        if _length(paths, lines) > _length(best, lines):
+            best = paths
+        blocked = [k for k in order if k not in {path.line for path in paths}]
+        if not blocked:
+            break
+        order = blocked + [k for k in order if k not in blocked]
+    return best
+
+
+def _length(paths: Sequence[Path], lines: Sequence[Line]) -> float:
+    """Return the length of the lines that have a path."""
+    return sum(lines[path.line].length for path in paths)
+
+
+def _traced_in_order(mesh: SimplexMesh, lines: Sequence[Line], order: Sequence[int]) -> list[Path]:
+    """Return the paths of lines that find a way beside those before them."""
     trace = Tracing(mesh)
     nodes, ends = _nodes(lines)
     at = [trace.claimed(node) for node in nodes]
     exits = _exits(trace, lines, ends, at)
     trace.taken[list(exits.values())] = True
     out = []
-    for k in np.argsort([line.length for line in lines]).tolist():
+    for k in order:
         line = lines[k]
         if line.closed:
             found = _closed_path(trace, line)
