@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
-from simplexmesh._base.arrays import Array, Mask
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.errors import DivergedError, warn
 from simplexmesh._base.vectors import dot
 from simplexmesh.mesh.check import tangled_vertices
@@ -35,6 +35,9 @@ IMPROVED = 0.5
 
 CONFIRMED = 0.5
 """Share of the length of all lines that must be creases; else the body is smooth, with narrow folds."""
+
+ROUNDS = 3
+"""Of laying creases, while lines go out."""
 
 CERTAIN = 4.0
 """Standard errors of the squared deviation that are no chance."""
@@ -76,44 +79,52 @@ def sharpened(mesh: SimplexMesh, points: Array, target: Any) -> Sharpened | None
     if not (before > 3 * noise + 0.1 * edge).any():
         return None
     lines = crease_lines(mesh, points, noise)
-    rounded = [_excess(line, points, before, noise, edge) for line in lines]
-    candidates = [k for k in range(len(lines)) if rounded[k] > 0]
-    if not _are_most(candidates, lines):
+    beside = [_beside(line, points, edge) for line in lines]
+    first = np.array([_mean_square(before[near]) for near in beside])
+    certain = CERTAIN * noise**2 * np.sqrt(2 / np.array([max(len(near), 1) for near in beside]))
+    rounded = first - noise**2 > certain
+    if not _are_most(rounded, lines):
         return None
-    found = _moved_onto(mesh, [lines[k] for k in candidates], points, target, edge)
-    if found is None:
-        return None
-    after = surface_distance(points, *fan(found.mesh.vertices, found.mesh.connectivity))
-    laid = sorted({candidates[path.line] for path in found.paths})
-    confirmed = [k for k in laid if _excess(lines[k], points, after, noise, edge, 0.0) < IMPROVED * rounded[k]]
-    if not _are_most(confirmed, lines):
-        return None
-    if confirmed != laid:
-        found = _moved_onto(mesh, [lines[k] for k in confirmed], points, target, edge)
-    if found is not None and tangled_vertices(found.mesh).any():
-        warn("the model stays smooth: with the sharp edges of the data its faces would fold; more vertices may help")
-        return None
-    return found
+    chosen, found = np.ones(len(lines), bool), None
+    for _ in range(ROUNDS):
+        found = _moved_onto(mesh, lines, np.flatnonzero(chosen), points, target, edge)
+        if found is None:
+            return None
+        away = surface_distance(points, *fan(found.mesh.vertices, found.mesh.connectivity))
+        now = np.array([_mean_square(away[near]) for near in beside])
+        chosen = np.isin(np.arange(len(lines)), [path.line for path in found.paths])
+        if not _are_most(chosen & rounded & (now - noise**2 < IMPROVED * (first - noise**2)), lines):
+            return None
+        worse = chosen & (now > first)
+        if not worse.any() and not tangled_vertices(found.mesh).any():
+            return found
+        chosen &= ~worse
+    warn("the model stays smooth: with the sharp edges of the data its faces would fold; more vertices may help")
+    return None
 
 
-def _are_most(chosen: Sequence[int], lines: Sequence[Line]) -> bool:
+def _are_most(chosen: Mask, lines: Sequence[Line]) -> bool:
     """Return whether some lines are enough of the length of all for a body with creases."""
-    return sum(lines[k].length for k in chosen) > CONFIRMED * sum(line.length for line in lines)
+    lengths = np.array([line.length for line in lines])
+    return bool(lengths[chosen].sum() > CONFIRMED * lengths.sum())
 
 
-def _excess(line: Line, points: Array, away: Array, noise: float, edge: float, certain: float = CERTAIN) -> float:
-    """Return the mean squared distance of the points beside a line from a mesh, beyond what noise explains."""
-    near = cKDTree(line.samples(0.2 * edge)[0]).query(points, distance_upper_bound=BESIDE * edge)[0] < np.inf
-    count = int(near.sum())
-    if not count:
-        return 0.0
-    found = float((away[near] ** 2).mean()) - noise**2
-    return found if found > certain * noise**2 * np.sqrt(2 / count) else 0.0
+def _beside(line: Line, points: Array, edge: float) -> Indices:
+    """Return the rows of the points beside a line."""
+    away, _ = cKDTree(line.samples(0.2 * edge)[0]).query(points, distance_upper_bound=BESIDE * edge)
+    return np.flatnonzero(away < np.inf)
 
 
-def _moved_onto(mesh: SimplexMesh, lines: Sequence[Line], points: Array, target: Any, edge: float) -> Sharpened | None:
-    """Return the mesh with paths laid on lines, and then where the sides meet; None if no line has a path."""
-    paths = traced(mesh, lines)
+def _mean_square(away: Array) -> float:
+    """Return the mean squared distance of some points; 0 of none."""
+    return float((away**2).mean()) if len(away) else 0.0
+
+
+def _moved_onto(
+    mesh: SimplexMesh, lines: Sequence[Line], chosen: Indices, points: Array, target: Any, edge: float
+) -> Sharpened | None:
+    """Return the mesh with paths laid on chosen lines, and then where sides meet; None if no line has a path."""
+    paths = [replace(path, line=int(chosen[path.line])) for path in traced(mesh, [lines[k] for k in chosen])]
     if not paths:
         return None
     creased = on_paths(paths, mesh.n_vertices)
