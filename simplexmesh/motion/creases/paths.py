@@ -205,32 +205,37 @@ def _open_path(trace: Tracing, line: Line, first: int, last: int, start: int, en
         return np.zeros(0, np.int64)
     if start == last or end == first:
         return np.array([first, last])
-    samples, _ = line.samples(STEP * trace.edge)
-    leg = np.array([start]) if start == end else trace.leg(start, end, samples)
+    leg = np.array([start]) if start == end else _through(trace, line, start, end)
     if not len(leg):
         return leg
     return np.concatenate([[first] * (start != first), leg, [last] * (end != last)]).astype(np.int64)
 
 
 def _closed_path(trace: Tracing, line: Line) -> Indices:
-    """Return the path of a closed line through the vertices nearest to three of its points."""
-    samples, _ = line.samples(STEP * trace.edge)
-    third, before = (len(samples) - 1) / 3, trace.taken.copy()
-    stops = [trace.claimed(samples[int(k * third)]) for k in range(3)]
-    legs: list[Indices] = []
-    for k in range(3):
-        if stops[k] < 0:
-            break
-        arc = samples[np.arange(int(k * third) - 3, int((k + 1) * third) + 4) % (len(samples) - 1)]
-        leg = trace.leg(stops[k], stops[(k + 1) % 3], arc)
+    """Return the path of a closed line from the vertex nearest to its first point."""
+    start = trace.claimed(line.points[0])
+    leg = _through(trace, line, start, start) if start >= 0 else np.zeros(0, np.int64)
+    if start >= 0 and not len(leg):
+        trace.taken[start] = False
+    return leg[:-1]
+
+
+def _through(trace: Tracing, line: Line, start: int, end: int) -> Indices:
+    """Return the path between vertices along a line, of one that comes round by way of two stops; empty if none."""
+    samples, along = line.samples(STEP * trace.edge)
+    round_about = norm(samples[-1] - samples[0]) < 0.5 * along[-1]
+    bounds = np.linspace(0, len(samples) - 1, 4 if round_about else 2).astype(int)
+    before = trace.taken.copy()
+    stops = [start, *(trace.claimed(samples[row]) for row in bounds[1:-1]), end]
+    out = [start]
+    for k, stop in enumerate(stops[1:]):
+        leg = trace.leg(out[-1], stop, samples[bounds[k] : bounds[k + 1] + 1]) if stop >= 0 else []
         if not len(leg):
-            break
+            trace.taken = before
+            return np.zeros(0, np.int64)
         trace.taken[leg] = True
-        legs.append(leg[:-1])
-    if len(legs) < 3:
-        trace.taken = before
-        return np.zeros(0, np.int64)
-    return np.concatenate(legs)
+        out.extend(leg[1:])
+    return np.array(out)
 
 
 def _places(mesh: SimplexMesh, path: Indices, line: Line) -> Array:
