@@ -154,14 +154,17 @@ def _moved_onto(
 
 def _released(mesh: SimplexMesh, target: Sided, creased: Mask, edge: float) -> tuple[SimplexMesh, Mask]:
     """Return the mesh untangled, and its vertices (n,) still on creases: no edge of it can be one where it tangles."""
-    tangled = tangled_vertices(mesh)
-    if not tangled.any():
-        return mesh, creased
-    near = dilated(tangled, mesh.neighbors, 2)
-    target.see_all(near)
-    out, _ = untangled(mesh.with_data(crease=(creased & ~near).astype(np.uint8)), target, reach=2 * edge)
-    creased = creased & ~near & (out.vertices == mesh.vertices).all(axis=1)
-    return out.with_data(crease=creased.astype(np.uint8)), creased
+    for rings in (2, 4, 8):
+        tangled = tangled_vertices(mesh)
+        if not tangled.any():
+            break
+        near = dilated(tangled, mesh.neighbors, rings)
+        target.see_all(near)
+        creased = creased & ~near
+        out, _ = untangled(mesh.with_data(crease=creased.astype(np.uint8)), target, reach=2 * edge)
+        creased &= (out.vertices == mesh.vertices).all(axis=1)
+        mesh = out.with_data(crease=creased.astype(np.uint8))
+    return mesh, creased
 
 
 def _settled(mesh: SimplexMesh, target: Sided, creased: Mask, iterations: int, edge: float) -> SimplexMesh:
