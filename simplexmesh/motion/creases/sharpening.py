@@ -17,12 +17,14 @@ from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.face_geometry import face_normals
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.mesh.triangulation import fan
+from simplexmesh.motion.creases.blurred import are_sharp, blur_of
 from simplexmesh.motion.creases.lines import Line, crease_lines
 from simplexmesh.motion.creases.paths import Path, on_paths, traced
 from simplexmesh.motion.creases.sides import Sided
 from simplexmesh.motion.model.deform import DeformableModel
 from simplexmesh.motion.model.state import mean_edge
 from simplexmesh.motion.model.untangle import filmed, untangled
+from simplexmesh.motion.targets.isosurface import Isosurface
 from simplexmesh.motion.targets.triangles import surface_distance
 from simplexmesh.motion.topology.face_regions import dilated
 from simplexmesh.surface.features.lines.network import FeatureLine
@@ -41,6 +43,18 @@ ROUNDS = 3
 
 CERTAIN = 4.0
 """Standard errors of the squared deviation that are no chance."""
+
+
+ASTRIDE = 2.0
+"""In standard deviations of the noise: points nearer to a crease may belong to either side."""
+
+ROUNDED = 2.0
+"""In standard deviations of the blur: an isosurface is round as near to a crease."""
+
+MEDIAN_OF_NORMAL = 0.6745
+"""Median distance from the mean, in standard deviations."""
+
+FOLDED = "the model stays smooth: with the sharp edges of the data its faces would fold; more vertices may help"
 
 
 @dataclass(frozen=True)
@@ -87,7 +101,7 @@ def sharpened(mesh: SimplexMesh, points: Array, target: Any) -> Sharpened | None
         return None
     chosen, found = np.ones(len(lines), bool), None
     for _ in range(ROUNDS):
-        found = _moved_onto(mesh, lines, np.flatnonzero(chosen), points, target, edge)
+        found = _moved_onto(mesh, lines, np.flatnonzero(chosen), points, target, edge, ASTRIDE * noise)
         if found is None:
             return None
         away = surface_distance(points, *fan(found.mesh.vertices, found.mesh.connectivity))
@@ -99,8 +113,31 @@ def sharpened(mesh: SimplexMesh, points: Array, target: Any) -> Sharpened | None
         if not worse.any() and not tangled_vertices(found.mesh).any():
             return found
         chosen &= ~worse
-    warn("the model stays smooth: with the sharp edges of the data its faces would fold; more vertices may help")
+    warn(FOLDED)
     return None
+
+
+def sharpened_volume(mesh: SimplexMesh, points: Array, target: Isosurface) -> Sharpened | None:
+    """Return a closed mesh near the isosurface of a volume with the sharp edges of the object along its edges, or None.
+
+    Creases are lines on the isosurface that are sharp but for the blur of the volume; the sides, beyond that blur,
+    tell where they meet.
+    """
+    blur, edge = blur_of(target, mesh), mean_edge(mesh)
+    if np.isinf(blur):
+        return None
+    noise = float(np.median(surface_distance(points, *fan(mesh.vertices, mesh.connectivity)))) / MEDIAN_OF_NORMAL
+    lines = crease_lines(mesh, points, noise)
+    if not lines:
+        return None
+    chosen = are_sharp(lines, mesh, target, blur)
+    if not _are_most(chosen, lines):
+        return None
+    found = _moved_onto(mesh, lines, np.flatnonzero(chosen), points, target, edge, ROUNDED * blur)
+    if found is None or tangled_vertices(found.mesh).any():
+        warn(FOLDED)
+        return None
+    return found
 
 
 def _are_most(chosen: Mask, lines: Sequence[Line]) -> bool:
@@ -121,9 +158,12 @@ def _mean_square(away: Array) -> float:
 
 
 def _moved_onto(
-    mesh: SimplexMesh, lines: Sequence[Line], chosen: Indices, points: Array, target: Any, edge: float
+    mesh: SimplexMesh, lines: Sequence[Line], chosen: Indices, points: Array, target: Any, edge: float, rounded: float
 ) -> Sharpened | None:
-    """Return the mesh with paths laid on chosen lines, and then where sides meet; None if no line has a path."""
+    """Return the mesh with paths laid on chosen lines, and then where sides meet; None if no line has a path.
+
+    Points nearer than `rounded` to a line belong to no side.
+    """
     paths = [replace(path, line=int(chosen[path.line])) for path in traced(mesh, [lines[k] for k in chosen])]
     if not paths:
         return None
@@ -133,7 +173,7 @@ def _moved_onto(
         vertices[path.vertices] = path.places
     now = mesh.moved(vertices).with_data(crease=creased.astype(np.uint8))
     now = filmed(now, dilated(creased, mesh.neighbors, 2) & ~creased)
-    sided = Sided(now, paths, points, target)
+    sided = Sided(now, paths, points, target, rounded)
     try:
         now = _settled(now, sided, creased, 40, edge)
         for _ in range(2):

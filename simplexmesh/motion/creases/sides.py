@@ -26,9 +26,6 @@ FEWEST = 30
 STIFFNESS = 0.05
 """Weight of a second difference along a crease, of a distance to a side one."""
 
-ASTRIDE = 2.0
-"""In standard deviations of the noise: points nearer to a crease may belong to either side."""
-
 
 def crossed_edges(mesh: SimplexMesh, paths: Sequence[Path]) -> Mask:
     """Return the edges (e,) of a mesh along paths."""
@@ -58,9 +55,11 @@ class Sided(BuiltInTarget):
         The data.
     whole : Target
         The target of all data, for parts with few points.
+    rounded : float
+        Points nearer to a crease belong to no part.
     """
 
-    def __init__(self, mesh: SimplexMesh, paths: Sequence[Path], points: Array, whole: Any) -> None:
+    def __init__(self, mesh: SimplexMesh, paths: Sequence[Path], points: Array, whole: Any, rounded: float) -> None:
         c = mesh.connectivity
         self.whole, self.face_parts = whole, parts(mesh, paths)
         self.bounds = np.asarray(whole.bounds)
@@ -72,7 +71,7 @@ class Sided(BuiltInTarget):
         ends = np.concatenate([mesh.vertices[path.steps] for path in paths])
         between = np.linspace(0, 1, 6)[:, None, None]
         lines = cKDTree(((1 - between) * ends[:, 0] + between * ends[:, 1]).reshape(-1, 3))
-        clear = lines.query(points)[0] > ASTRIDE * getattr(whole, "noise", 0.0)
+        clear = lines.query(points)[0] > rounded
         own = [np.flatnonzero(clear & (of_point == k)) for k in range(int(self.face_parts.max()) + 1)]
         self.targets = {k: Points(PointCloud(points[rows])) for k, rows in enumerate(own) if len(rows) >= FEWEST}
         self._rows = {k: np.flatnonzero(part == k) for k in self.targets}

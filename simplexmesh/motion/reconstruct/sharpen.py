@@ -2,23 +2,36 @@
 
 from __future__ import annotations
 
+import numpy as np
 from scipy.spatial import cKDTree
 
-from simplexmesh.motion.creases.sharpening import sharpened
+from simplexmesh.motion.creases.sharpening import sharpened, sharpened_volume
 from simplexmesh.motion.reconstruct.measure import share_of_area
 from simplexmesh.motion.reconstruct.result import LEAST_BARE
 from simplexmesh.motion.reconstruct.run import Run
+from simplexmesh.motion.targets.isosurface import Isosurface
+from simplexmesh.motion.targets.labels import LabelSurface
+
+MOST_POINTS = 60_000
+"""Of an isosurface, drawn at random, for its sharp edges."""
 
 
 def sharpen(run: Run) -> None:
-    """Bring edges of a closed model onto the creases of points or triangles, if these have any and nothing tangles."""
-    if run.options.creases == "none" or run.data.layered or run.mesh.n_holes or not run.stages[-1].iterations:
+    """Bring edges of a closed model onto the creases of its data, if it has any and nothing tangles; none of labels."""
+    target, closed = run.target, not run.mesh.n_holes
+    if run.options.creases == "none" or isinstance(target, LabelSurface) or not closed or not run.stages[-1].iterations:
         return
-    points = run.data.samples().points
-    away = cKDTree(points).query(run.mesh.vertices)[0]
-    if share_of_area(run.mesh, away > 2 * run.stages[-1].reach) >= LEAST_BARE:
-        return  # the rim of a lid is no crease of the data
     run.report(0.93, "looking for sharp edges")
-    found = sharpened(run.mesh, points, run.target)
+    if isinstance(target, Isosurface):
+        points = run.data.points
+        rows = np.random.default_rng(0).permutation(len(points))[:MOST_POINTS]
+        found = sharpened_volume(run.mesh, points[rows], target)
+    else:
+        points = run.data.samples().points
+        away = cKDTree(points).query(run.mesh.vertices)[0]
+        if share_of_area(run.mesh, away > 2 * run.stages[-1].reach) >= LEAST_BARE:
+            return  # the rim of a lid is no crease of the data
+        found = sharpened(run.mesh, points, target)
     if found is not None:
-        run.mesh, run.target, run.creases, run.tangled = found.mesh, found.target, found.creases(), 0
+        run.mesh, run.creases, run.tangled = found.mesh, found.creases(), 0
+        run.target = target if isinstance(target, Isosurface) else found.target

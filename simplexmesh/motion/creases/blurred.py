@@ -1,0 +1,95 @@
+"""Sharp edges of blurred volumes: their isosurface is round there, over the width of the blur and no more.
+
+Across an edge between flat sides, seen through a Gaussian blur, the normal of the isosurface turns as the error function
+does: by 0.72 of what it turns within two standard deviations already within one, and not any more beyond two.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy import ndimage
+from scipy.spatial import cKDTree
+from scipy.special import ndtri
+
+from simplexmesh._base.arrays import Array, Mask
+from simplexmesh._base.vectors import dot, normalized
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.creases.lines import Line
+from simplexmesh.motion.targets.isosurface import Isosurface
+
+WIDEST = 3.0
+"""In voxels: with a wider blur values have no step at the surface."""
+
+WITHIN, BEYOND = (0.6, 0.85), (0.75, 1.33)
+"""Ranges of the turn within one over that within two, and within four over within two deviations, of sharp edges."""
+
+LEAST_TURN = 0.15
+"""In radians: the turn of the normals at a sharp edge."""
+
+
+def blur_of(target: Isosurface, mesh: SimplexMesh) -> float:
+    """Return the standard deviation of the blur across an isosurface near the vertices of a mesh, infinite if none.
+
+    That of the Gaussian whose integral has the median slope at the surface, in heights of the step around.
+    """
+    voxel = float(np.min(target.volume.spacing))
+    gaps = target.gap(mesh.vertices, mesh.normals, WIDEST * voxel)
+    known = ~np.isnan(gaps)
+    normals = mesh.normals[known]
+    places = mesh.vertices[known] + gaps[known, None] * normals
+
+    def drop(distance: float) -> Array:
+        return _values(target, places - distance * normals) - _values(target, places + distance * normals)
+
+    if not known.any():
+        return np.inf
+    slope, blur = drop(0.5 * voxel), voxel
+    for _ in range(6):
+        step = drop(2.5 * blur)
+        share = float(np.median(slope[step != 0] / step[step != 0])) if step.any() else 0.0
+        if not 0 < share < 1 or blur > WIDEST * voxel:
+            return np.inf
+        blur = 0.5 * voxel / float(ndtri(0.5 + 0.5 * share))
+    return blur
+
+
+def are_sharp(lines: Sequence[Line], mesh: SimplexMesh, target: Isosurface, blur: float) -> Mask:
+    """Return which lines (k,) on the isosurface near a mesh are sharp edges but for the blur."""
+    ends = [line.samples(blur)[0] for line in lines]
+    places = np.concatenate([0.5 * (line[:-1] + line[1:]) for line in ends])
+    along = normalized(np.concatenate([np.diff(line, axis=0) for line in ends]))
+    of = np.repeat(np.arange(len(lines)), [len(line) - 1 for line in ends])
+    up = mesh.normals[cKDTree(mesh.vertices).query(places)[1]]
+    up = normalized(up - dot(up, along)[:, None] * along)
+    one, two, four = (_turns(target, places, up, along, blur, k) for k in (1, 2, 4))
+    out = np.zeros(len(lines), bool)
+    for k in range(len(lines)):
+        rows = of == k
+        if np.isnan([one[rows], two[rows], four[rows]]).any(axis=0).mean() < 0.5:
+            a, b, c = (np.nanmedian(turn[rows]) for turn in (one, two, four))
+            within, beyond = WITHIN[0] < a / b < WITHIN[1], BEYOND[0] < c / b < BEYOND[1]
+            out[k] = abs(b) > LEAST_TURN and within and beyond
+    return out
+
+
+def _turns(target: Isosurface, places: Array, up: Array, along: Array, blur: float, deviations: float) -> Array:
+    """Return the angle (n,) by which the isosurface turns between both sides of lines through places; NaN off it."""
+    aside, steps = np.cross(along, up), np.diag(target.volume.spacing)
+    turn = np.zeros(len(places))
+    for side in (-1.0, 1.0):
+        at = places + side * deviations * blur * aside
+        gaps = target.gap(at, up, (2 + 2 * deviations) * blur)
+        at = at + np.nan_to_num(gaps)[:, None] * up
+        slope = np.stack([(_values(target, at + step) - _values(target, at - step)) / step.sum() for step in steps])
+        turn += side * np.arctan2(-(slope.T * aside).sum(axis=1), -(slope.T * up).sum(axis=1))
+        turn[np.isnan(gaps)] = np.nan
+    return turn
+
+
+def _values(target: Isosurface, places: Array) -> Array:
+    """Return the values (n,) of the volume at places, positive where the object is."""
+    index = target.volume.to_index(places).T
+    out = ndimage.map_coordinates(target.volume.values, index, np.float64, order=1, mode="nearest")
+    return out if target.inside == "above" else -out
