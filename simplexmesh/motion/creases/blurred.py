@@ -1,7 +1,7 @@
 """Sharp edges of blurred volumes: their isosurface is round there, over the width of the blur and no more.
 
-Across an edge between flat sides, seen through a Gaussian blur, the normal of the isosurface turns as the error function
-does: by 0.72 of what it turns within two standard deviations already within one, and not any more beyond two.
+Across an edge between flat sides, seen through a Gaussian blur, the normal of the isosurface turns as the error
+function does: within one standard deviation by 0.72 of what it turns within two, and not any more beyond.
 """
 
 from __future__ import annotations

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -33,17 +34,13 @@ BESIDE = 0.7
 """In mean edges: data as near to a line tells whether it is a crease."""
 
 IMPROVED = 0.5
-"""Share of the squared deviation beyond noise that may be left at a line, for it to be a crease."""
+"""Share of the squared deviation beyond noise, over all lines, that may be left with creases; else these are folds."""
 
-CONFIRMED = 0.5
-"""Share of the length of all lines that must be creases; else the body is smooth, with narrow folds."""
-
-ROUNDS = 3
-"""Of laying creases, while lines go out."""
+MOST = 0.5
+"""Share of the length of all lines that must look like creases; else the body is smooth, with narrow folds."""
 
 CERTAIN = 4.0
 """Standard errors of the squared deviation that are no chance."""
-
 
 ASTRIDE = 2.0
 """In standard deviations of the noise: points nearer to a crease may belong to either side."""
@@ -51,19 +48,19 @@ ASTRIDE = 2.0
 ROUNDED = 2.0
 """In standard deviations of the blur: an isosurface is round as near to a crease."""
 
-MEDIAN_OF_NORMAL = 0.6745
-"""Median distance from the mean, in standard deviations."""
-
-FOLDED = "the model stays smooth: with the sharp edges of the data its faces would fold; more vertices may help"
-
 
 @dataclass(frozen=True)
 class Sharpened:
-    """A model with creases, the target that it was moved to, and the paths of creases along its edges."""
+    """A model with creases, the target that it was moved to, and the paths of creases along its edges.
+
+    `laid` is the model before paths were released around folds, and `traced` (k,) are the lines that had a path in it.
+    """
 
     mesh: SimplexMesh
     target: Sided
     paths: list[Path]
+    laid: SimplexMesh
+    traced: Mask
 
     def creases(self) -> tuple[FeatureLine, ...]:
         """Return the creases as lines, the longest first, with the angles between the faces on both sides."""
@@ -84,12 +81,11 @@ class Sharpened:
 def sharpened(mesh: SimplexMesh, points: Array, target: Any) -> Sharpened | None:
     """Return a closed mesh near points (n, 3) with their creases along its edges, or None if they have none.
 
-    Creases along which no mesh without folds was found are left out, with a warning.
-    The creases are sharp edges of a surface through the points that the mesh rounds by more than the noise explains,
-    and that it does not round any more once they are its own.
+    Creases are the sharp edges of a surface through the points if the mesh rounds most of them by more than the noise
+    explains, and does not round these any more once they are its own.
     """
     noise, edge = float(getattr(target, "noise", 0.0)), mean_edge(mesh)
-    before = surface_distance(points, *fan(mesh.vertices, mesh.connectivity))
+    before = _away(points, mesh)
     if not (before > 3 * noise + 0.1 * edge).any():
         return None
     lines = crease_lines(mesh, points, noise)
@@ -97,53 +93,45 @@ def sharpened(mesh: SimplexMesh, points: Array, target: Any) -> Sharpened | None
     first = np.array([_mean_square(before[near]) for near in beside])
     certain = CERTAIN * noise**2 * np.sqrt(2 / np.array([max(len(near), 1) for near in beside]))
     rounded = first - noise**2 > certain
+
+    def worse(found: Sharpened) -> Mask | None:
+        laid, now = (_away(points, each) for each in (found.laid, found.mesh))
+        left = np.array([_mean_square(laid[near]) for near in beside]) - noise**2
+        weights = np.where(rounded, [line.length for line in lines], 0.0)
+        if not weights @ left < IMPROVED * (weights @ (first - noise**2)):
+            return None
+        return np.array([_mean_square(now[near]) for near in beside]) > first
+
     if not _are_most(rounded, lines):
         return None
-    chosen, found = np.ones(len(lines), bool), None
-    for _ in range(ROUNDS):
-        found = _moved_onto(mesh, lines, np.flatnonzero(chosen), points, target, edge, ASTRIDE * noise)
-        if found is None:
-            return None
-        away = surface_distance(points, *fan(found.mesh.vertices, found.mesh.connectivity))
-        now = np.array([_mean_square(away[near]) for near in beside])
-        chosen = np.isin(np.arange(len(lines)), [path.line for path in found.paths])
-        if not _are_most(chosen & rounded & (now - noise**2 < IMPROVED * (first - noise**2)), lines):
-            return None
-        worse = chosen & (now > first)
-        if not worse.any() and not tangled_vertices(found.mesh).any():
-            return found
-        chosen &= ~worse
-    warn(FOLDED)
-    return None
+    return _laid(Scene(mesh, lines, points, target, ASTRIDE * noise), np.ones(len(lines), bool), worse)
 
 
 def sharpened_volume(mesh: SimplexMesh, points: Array, target: Isosurface) -> Sharpened | None:
-    """Return a closed mesh near the isosurface of a volume with the sharp edges of the object along its edges, or None.
+    """Return a closed mesh near points of an isosurface with the sharp edges of the object, or None if it has none.
 
-    Creases are lines on the isosurface that are sharp but for the blur of the volume; the sides, beyond that blur,
-    tell where they meet.
+    Creases are lines on the isosurface that are sharp but for the blur of the volume, if most of them are; the sides
+    beyond that blur tell where they meet.
     """
-    blur, edge = blur_of(target, mesh), mean_edge(mesh)
+    blur = blur_of(target, mesh)
     if np.isinf(blur):
         return None
-    noise = float(np.median(surface_distance(points, *fan(mesh.vertices, mesh.connectivity)))) / MEDIAN_OF_NORMAL
-    lines = crease_lines(mesh, points, noise)
-    if not lines:
-        return None
+    lines = crease_lines(mesh, points, float(np.median(_away(points, mesh))))
     chosen = are_sharp(lines, mesh, target, blur)
     if not _are_most(chosen, lines):
         return None
-    found = _moved_onto(mesh, lines, np.flatnonzero(chosen), points, target, edge, ROUNDED * blur)
-    if found is None or tangled_vertices(found.mesh).any():
-        warn(FOLDED)
-        return None
-    return found
+    return _laid(Scene(mesh, lines, points, target, ROUNDED * blur), chosen, lambda _: np.zeros(len(lines), bool))
 
 
 def _are_most(chosen: Mask, lines: Sequence[Line]) -> bool:
     """Return whether some lines are enough of the length of all for a body with creases."""
     lengths = np.array([line.length for line in lines])
-    return bool(lengths[chosen].sum() > CONFIRMED * lengths.sum())
+    return bool(lengths[chosen].sum() > MOST * lengths.sum())
+
+
+def _away(points: Array, mesh: SimplexMesh) -> Array:
+    """Return the distances (n,) of points from a mesh."""
+    return np.asarray(surface_distance(points, *fan(mesh.vertices, mesh.connectivity)))
 
 
 def _beside(line: Line, points: Array, edge: float) -> Indices:
@@ -157,14 +145,57 @@ def _mean_square(away: Array) -> float:
     return float((away**2).mean()) if len(away) else 0.0
 
 
-def _moved_onto(
-    mesh: SimplexMesh, lines: Sequence[Line], chosen: Indices, points: Array, target: Any, edge: float, rounded: float
-) -> Sharpened | None:
-    """Return the mesh with paths laid on chosen lines, and then where sides meet; None if no line has a path.
+@dataclass(frozen=True)
+class Scene:
+    """A smooth mesh, lines to be laid on it, and data: points nearer to a crease than `rounded` belong to no side."""
 
-    Points nearer than `rounded` to a line belong to no side.
+    mesh: SimplexMesh
+    lines: Sequence[Line]
+    points: Array
+    target: Any
+    rounded: float
+
+    @cached_property
+    def edge(self) -> float:
+        """The mean edge."""
+        return mean_edge(self.mesh)
+
+    def strays(self, found: Sharpened) -> Mask:
+        """Return the lines (k,) nearest to points that the mesh was nearer to by an edge before it had creases."""
+        lost = self.points[_away(self.points, found.mesh) > _away(self.points, self.mesh) + self.edge]
+        samples = [line.samples(self.edge)[0] for line in self.lines]
+        of = np.repeat(np.arange(len(self.lines)), [len(line) for line in samples])
+        nearest = of[cKDTree(np.concatenate(samples)).query(lost)[1]]
+        return np.bincount(nearest, minlength=len(self.lines)) > 0
+
+
+def _laid(scene: Scene, chosen: Mask, worse: Callable[[Sharpened], Mask | None]) -> Sharpened | None:
+    """Return the mesh with creases on chosen lines (k,) less those it is worse with; None, with a warning, if it folds.
+
+    The function returns the lines that go out, or None if the body is smooth.
     """
-    paths = [replace(path, line=int(chosen[path.line])) for path in traced(mesh, [lines[k] for k in chosen])]
+    for last in (False, False, True):
+        found = _moved_onto(scene, np.flatnonzero(chosen))
+        if found is None:
+            return None
+        bad = worse(found)
+        if bad is None:
+            return None
+        strays = scene.strays(found)
+        bad = found.traced & (bad | strays)
+        if found.paths and not (strays if last else bad).any() and not tangled_vertices(found.mesh).any():
+            return found
+        chosen = found.traced & ~bad
+        if not bad.any() or not chosen.any():
+            break
+    warn("the model stays smooth: with the sharp edges of the data its faces would fold; more vertices may help")
+    return None
+
+
+def _moved_onto(scene: Scene, chosen: Indices) -> Sharpened | None:
+    """Return the mesh with paths laid on chosen lines, and then where sides meet; None if no line has a path."""
+    mesh, edge = scene.mesh, scene.edge
+    paths = [replace(path, line=int(chosen[path.line])) for path in traced(mesh, [scene.lines[k] for k in chosen])]
     if not paths:
         return None
     creased = on_paths(paths, mesh.n_vertices)
@@ -173,7 +204,7 @@ def _moved_onto(
         vertices[path.vertices] = path.places
     now = mesh.moved(vertices).with_data(crease=creased.astype(np.uint8))
     now = filmed(now, dilated(creased, mesh.neighbors, 2) & ~creased)
-    sided = Sided(now, paths, points, target, rounded)
+    sided = Sided(now, paths, scene.points, scene.target, scene.rounded)
     try:
         now = _settled(now, sided, creased, 40, edge)
         for _ in range(2):
@@ -185,11 +216,12 @@ def _moved_onto(
             film = filmed(now, dilated(tangled, mesh.neighbors, rings) & ~creased)
             other = _settled(film, sided, creased, 20, edge)
             now = other if tangled_vertices(other).sum() < tangled.sum() else now
-        now, creased = _released(now, sided, creased, edge)
+        out, creased = _released(now, sided, creased, edge)
     except DivergedError as error:
         warn(f"the model stays smooth: {error}")
         return None
-    return Sharpened(now, sided, [piece for path in paths for piece in path.pieces(creased)])
+    found = np.isin(np.arange(len(scene.lines)), [path.line for path in paths])
+    return Sharpened(out, sided, [piece for path in paths for piece in path.pieces(creased)], now, found)
 
 
 def _released(mesh: SimplexMesh, target: Sided, creased: Mask, edge: float) -> tuple[SimplexMesh, Mask]:

@@ -117,7 +117,9 @@ class Sided(BuiltInTarget):
             here, normals, gaps = here[known], normals[known], gaps[known]
             A[here] += normals[:, :, None] * normals[:, None, :]
             b[here] += gaps[:, None] * normals
-        bends = second_differences([np.searchsorted(rows, path.vertices) for path in paths], [p.closed for p in paths], len(rows))
+        bends = second_differences(
+            [np.searchsorted(rows, path.vertices) for path in paths], [p.closed for p in paths], len(rows)
+        )
         stiff = kron(STIFFNESS * (bends.T @ bends) + 0.003 * eye_array(len(rows)), eye_array(3))
         index = np.arange(len(rows))
         system = bsr_array((A, index, np.arange(len(rows) + 1)), shape=stiff.shape) + stiff

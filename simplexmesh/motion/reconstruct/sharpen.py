@@ -12,7 +12,7 @@ from simplexmesh.motion.reconstruct.run import Run
 from simplexmesh.motion.targets.isosurface import Isosurface
 from simplexmesh.motion.targets.labels import LabelSurface
 
-MOST_POINTS = 60_000
+MOST_POINTS = 40_000
 """Of an isosurface, drawn at random, for its sharp edges."""
 
 
