@@ -54,7 +54,7 @@ def command(
     placement: Annotated[
         str | None, typer.Option(help="Spacing of vertices: adaptive (to curvature and distance) or even.")
     ] = None,
-    creases: Annotated[str, typer.Option(help="Sharp edges of points and surfaces: auto finds them, none.")] = "auto",
+    creases: Annotated[str, typer.Option(help="Sharp edges of the data: auto finds them, none.")] = "auto",
     picture: Annotated[Path | None, typer.Option(help="Write a picture of data and model to this file.")] = None,
     view: Annotated[
         str | None, typer.Option(help="Direction of view of the picture: iso, xy, -xy, xz, yx, ...")

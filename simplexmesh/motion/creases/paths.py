@@ -229,7 +229,7 @@ def _through(trace: Tracing, line: Line, start: int, end: int) -> Indices:
     stops = [start, *(trace.claimed(samples[row]) for row in bounds[1:-1]), end]
     out = [start]
     for k, stop in enumerate(stops[1:]):
-        leg = trace.leg(out[-1], stop, samples[bounds[k] : bounds[k + 1] + 1]) if stop >= 0 else []
+        leg = trace.leg(out[-1], stop, samples[bounds[k] : bounds[k + 1] + 1]) if stop >= 0 else np.zeros(0, np.int64)
         if not len(leg):
             trace.taken = before
             return np.zeros(0, np.int64)

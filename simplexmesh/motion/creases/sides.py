@@ -23,8 +23,8 @@ from simplexmesh.numerics.kd_tree import nearest
 FEWEST = 30
 """Points of a part from which it is fitted on its own."""
 
-STIFFNESS = 0.05
-"""Weight of a second difference along a crease, of a distance to a side one."""
+STIFFNESS, HELD = 0.05, 0.003
+"""Weights of second differences of moves along a crease, and of moves, when the distance to a side has one."""
 
 
 def crossed_edges(mesh: SimplexMesh, paths: Sequence[Path]) -> Mask:
@@ -97,11 +97,10 @@ class Sided(BuiltInTarget):
         return out
 
     def met(self, mesh: SimplexMesh, paths: Sequence[Path], farthest: float) -> Array:
-        """Return vertices with those of paths moved to where the surfaces of the parts there meet, in smooth lines.
+        """Return vertices with those of paths moved to where the surfaces of the parts there meet, none by more than `farthest`.
 
         Least squares of the distances to the tangent planes of all parts around a vertex, and of second differences
-        along the paths: these decide how vertices are spread along the lines, and across them where sides meet at a
-        small angle. None moves by more than `farthest`.
+        of the moves along paths: where sides meet at a small angle, noise would move vertices across the line.
         """
         rows = np.unique(np.concatenate([path.vertices for path in paths]))
         around, at = self.face_parts[mesh.connectivity.vertex_faces[rows]], mesh.vertices[rows]
@@ -117,12 +116,13 @@ class Sided(BuiltInTarget):
             here, normals, gaps = here[known], normals[known], gaps[known]
             A[here] += normals[:, :, None] * normals[:, None, :]
             b[here] += gaps[:, None] * normals
-        bends = second_differences(
-            [np.searchsorted(rows, path.vertices) for path in paths], [p.closed for p in paths], len(rows)
+        chains = [np.searchsorted(rows, path.vertices) for path in paths]
+        bends = _second_differences(
+            [np.append(c, c[:2]) if p.closed else c for p, c in zip(paths, chains, strict=True)]
         )
-        stiff = kron(STIFFNESS * (bends.T @ bends) + 0.003 * eye_array(len(rows)), eye_array(3))
-        index = np.arange(len(rows))
-        system = bsr_array((A, index, np.arange(len(rows) + 1)), shape=stiff.shape) + stiff
+        stiff = kron(STIFFNESS * (bends.T @ bends) + HELD * eye_array(len(rows)), eye_array(3))
+        index = np.arange(len(rows) + 1)
+        system = bsr_array((A, index[:-1], index), shape=stiff.shape) + stiff
         move = spsolve(system.tocsc(), b.ravel()).reshape(-1, 3)
         move[np.linalg.norm(move, axis=1) > farthest] = 0.0
         out = mesh.vertices.copy()
@@ -130,14 +130,9 @@ class Sided(BuiltInTarget):
         return out
 
 
-def second_differences(chains, closed, count):
-    """Return the matrix (m, count) of second differences along chains of rows."""
-    triples = []
-    for chain, loop in zip(chains, closed, strict=True):
-        if loop:
-            triples.append(np.stack([np.roll(chain, 1), chain, np.roll(chain, -1)], axis=1))
-        elif len(chain) > 2:
-            triples.append(np.stack([chain[:-2], chain[1:-1], chain[2:]], axis=1))
-    rows = np.concatenate(triples) if triples else np.zeros((0, 3), np.int64)
-    i = np.repeat(np.arange(len(rows)), 3)
-    return csr_array((np.tile([1.0, -2.0, 1.0], len(rows)), (i, rows.ravel())), shape=(len(rows), count))
+def _second_differences(chains: Sequence[Indices]) -> csr_array:
+    """Return the matrix (m, n) of second differences along chains of the rows 0 to n - 1."""
+    columns = np.concatenate([np.stack([c[:-2], c[1:-1], c[2:]], axis=1) for c in chains])
+    rows = np.repeat(np.arange(len(columns)), 3)
+    shape = len(columns), 1 + max(int(c.max()) for c in chains)
+    return csr_array((np.tile([1.0, -2.0, 1.0], len(columns)), (rows, columns.ravel())), shape=shape)

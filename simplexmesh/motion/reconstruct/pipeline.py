@@ -89,8 +89,9 @@ def reconstruct(
         Refinement of faces that bend or are far from the data: "auto" (the default for primitives) begins with fewer
         vertices and uses all of `vertices`, the others stop at their threshold or at `vertices`.
     creases : {"auto", "none"}
-        Whether the model gets the sharp edges of points and triangles along its own edges, where the data tells them
-        from what is round: "auto" looks for them in closed models, "none" leaves all smooth. Of volumes none is found.
+        Whether the model gets the sharp edges of the data along its own edges, where the data tells them from what is
+        round: "auto" looks for them in closed models of points, triangles and levels of volumes, "none" leaves all
+        smooth. Of labels none is found.
     progress : bool or callable
         True shows a bar; a function is called with the fraction done and a message.
 

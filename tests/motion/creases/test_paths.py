@@ -51,7 +51,11 @@ class TestCube:
             start, end = line.points[[0, -1]] if np.allclose(path.places[0], line.points[0]) else line.points[[-1, 0]]
             share = (path.places - start) @ (end - start) / 4
             np.testing.assert_allclose(path.places, start + share[:, None] * (end - start), atol=1e-12)
-            np.testing.assert_allclose(np.diff(share), 1 / (len(share) - 1), atol=1e-12)
+            assert (share[0], share[-1]) == pytest.approx((0, 1), abs=1e-6)
+            assert np.diff(share).min() > 0.3 / (len(share) - 1)
+            beside = np.linalg.norm(np.cross(self.mesh.vertices[path.vertices] - start, end - start), axis=1) / 2
+            moved = np.linalg.norm(self.mesh.vertices[path.vertices] - path.places, axis=1)
+            assert np.median(moved - beside) < 0.02  # hardly along the line, whose vertices are 0.07 apart
 
     def test_they_cut_the_surface_into_its_six_sides(self):
         part, c = parts(self.mesh, self.paths), self.mesh.connectivity
@@ -76,6 +80,12 @@ class TestClosedLines:
 
     def test_lines_far_from_the_mesh_have_no_path(self):
         assert traced(sm.sphere(6), [ring(3.0, 0.0)]) == []
+
+    def test_an_arc_does_not_take_the_short_way(self):
+        ball, turn = sm.sphere(12), np.linspace(0.1, 2 * np.pi, 90)
+        arc = Line(np.column_stack([np.cos(turn), np.sin(turn), np.zeros(90)]), closed=False, angle=1.0)
+        (path,) = traced(ball, [arc])
+        assert np.linalg.norm(np.diff(path.places, axis=0), axis=1).sum() == pytest.approx(2 * np.pi - 0.1, abs=0.05)
 
     def test_two_rings_share_no_vertex(self):
         ball = sm.sphere(12)

@@ -76,7 +76,7 @@ def test_smooth_bodies_have_none(shape):
     assert sm.reconstruct(points, vertices=900).creases == ()
 
 
-def test_triangles_have_them_and_volumes_not():
+def test_triangles_have_them_and_labels_not():
     import pyvista as pv
 
     cube = pv.Cube().triangulate().clean()
@@ -114,6 +114,25 @@ def test_edges_that_cannot_be_had_are_told(monkeypatch):
         model = sm.reconstruct(box_points(), vertices=800)
     assert model.creases == ()
     assert model.mesh.check(self_intersections=True)
+
+
+def test_creases_that_folds_leave_none_of_are_told(monkeypatch):
+    def released(mesh, target, creased, edge):
+        return mesh, np.zeros_like(creased)
+
+    monkeypatch.setattr(sharpening, "_released", released)
+    with pytest.warns(sm.SimplexMeshWarning, match="its faces would fold"):
+        model = sm.reconstruct(box_points(), vertices=800)
+    assert model.creases == ()
+    assert "crease" not in model.mesh.data
+
+
+def test_lines_that_the_model_is_worse_with_go_out(monkeypatch):
+    astray = sharpening.Line(np.linspace([-0.7, -0.5, 0.5], [0.7, 0.5, 0.5], 30) * [1, 1, 0.7], closed=False, angle=1.0)
+    found = sharpening.crease_lines
+    monkeypatch.setattr(sharpening, "crease_lines", lambda *given: [*found(*given), astray])
+    model = sm.reconstruct(box_points(), vertices=800)
+    assert len(model.creases) == 12
 
 
 def test_a_bad_choice_is_told():
