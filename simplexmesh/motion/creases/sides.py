@@ -97,10 +97,11 @@ class Sided(BuiltInTarget):
         return out
 
     def met(self, mesh: SimplexMesh, paths: Sequence[Path], farthest: float) -> Array:
-        """Return vertices with those of paths moved to where the surfaces of the parts there meet, none by more than `farthest`.
+        """Return vertices with those of paths moved to where the surfaces of the parts there meet.
 
         Least squares of the distances to the tangent planes of all parts around a vertex, and of second differences
-        of the moves along paths: where sides meet at a small angle, noise would move vertices across the line.
+        of the moves along paths: where sides meet at a small angle, noise would move vertices across the line. None
+        moves by more than `farthest`.
         """
         rows = np.unique(np.concatenate([path.vertices for path in paths]))
         around, at = self.face_parts[mesh.connectivity.vertex_faces[rows]], mesh.vertices[rows]

@@ -33,5 +33,4 @@ def sharpen(run: Run) -> None:
             return  # the rim of a lid is no crease of the data
         found = sharpened(run.mesh, points, target)
     if found is not None:
-        run.mesh, run.creases, run.tangled = found.mesh, found.creases(), 0
-        run.target = target if isinstance(target, Isosurface) else found.target
+        run.mesh, run.target, run.creases, run.tangled = found.mesh, found.target, found.creases(), 0
