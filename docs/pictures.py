@@ -18,12 +18,13 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "demos"))
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import numpy as np
+import pyvista as pv
 from PIL import Image
 from pyvista import examples
 from scipy.spatial import cKDTree
 
 import simplexmesh as sm
-from tests.benchmarks import bench_recognize
+from tests.benchmarks import bench_creases, bench_recognize
 from tests.recognition import reference as reference
 
 IMAGES = Path(__file__).parent / "images"
@@ -312,6 +313,20 @@ def demo(name, show="show"):
     return draw
 
 
+def scanned_part():
+    """Models of a part from its tomography, smooth and with its sharp edges."""
+    part = bench_creases.reference("plate", 31)
+    volume, plotter = bench_creases.scanned(part, np.random.default_rng(31)), pv.Plotter(shape=(1, 2), border=False)
+    for column, creases in enumerate(("none", "auto")):
+        model = sm.reconstruct(volume, level=0.5, vertices=8000, creases=creases)
+        plotter.subplot(0, column)
+        sm.plot.surface(model.mesh, title=f"{len(model.creases)} sharp edges", plotter=plotter)
+        plotter.camera_position = [(6.0, -5.0, 4.5), (1.5, 1.0, 0.4), (0, 0, 1)]
+        plotter.camera.view_angle = 21
+    plotter.window_size = 1800, 800
+    return [plotter]
+
+
 def four_panels(file):
     """Return a function that draws the curvatures, saliency and surface types of a surface."""
     return lambda: [sm.plot.curvature(scan(file), view="xy")]
@@ -335,6 +350,7 @@ PICTURES = {  # name: what draws it, row by row, and its width in pixels
     "saliency_of_a_face": (four_panels("fran_face.vtk"), 1800),
     "saliency_of_a_femur": (four_panels("femur.off"), 1800),
     "saliency_of_a_rabbit": (four_panels("rabbit_scan.vtk"), 1800),
+    "scanned_part": (scanned_part, 1400),
     "scans": (scans, 1500),
     "signature": (signature, 960),
     "signature_of_a_view": (signature_of_a_view, 960),
