@@ -127,12 +127,13 @@ def test_creases_that_folds_leave_none_of_are_told(monkeypatch):
     assert "crease" not in model.mesh.data
 
 
-def test_lines_that_the_model_is_worse_with_go_out(monkeypatch):
-    astray = sharpening.Line(np.linspace([-0.7, -0.5, 0.5], [0.7, 0.5, 0.5], 30) * [1, 1, 0.7], closed=False, angle=1.0)
-    found = sharpening.crease_lines
-    monkeypatch.setattr(sharpening, "crease_lines", lambda *given: [*found(*given), astray])
-    model = sm.reconstruct(box_points(), vertices=800)
-    assert len(model.creases) == 12
+def test_lines_that_the_model_is_worse_with_go_out(models):
+    points, smooth = box_points(), models[1].mesh
+    lines = [sharpening.Line(line.points, line.closed, 1.5) for line in models[0].creases]
+    scene, rows = sharpening.Scene(smooth, lines, points, sm.targets.Points(points), 0.0), np.arange(12)
+    found = sharpening._laid(scene, rows < 12, lambda _: rows == 3)
+    assert sorted({path.line for path in found.paths}) == np.delete(rows, 3).tolist()
+    assert sharpening._laid(scene, rows < 12, lambda _: None) is None
 
 
 def test_a_bad_choice_is_told():
