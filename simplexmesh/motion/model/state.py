@@ -92,7 +92,7 @@ def mean_edge(mesh: SimplexMesh) -> float:
 def is_at_rest(states: Sequence[State], edge: float) -> bool:
     """Return whether in the last ten of a stage's states no vertex moved by much of an `edge`, or the energy rests.
 
-    It rests where it changes no more than it fluctuates with a few that swing, and where it is that of vertices
+    It rests where it twice changes no more than it fluctuates with a few that swing, and where it is that of vertices
     that are all so near to their goals (``alpha / 2`` is 0.2): on clean data it goes on falling as they slide along the
     surface.
     """
@@ -100,10 +100,12 @@ def is_at_rest(states: Sequence[State], edge: float) -> bool:
         return False
     if max(state.move for state in states[-10:]) <= STILL * edge:
         return True
-    last, before = np.array([state.energy for state in states[-20:]]).reshape(2, 10)[::-1]
-    now, then = float(last.mean()), float(before.mean())
-    chance = float(last.std()) * (2 / len(last)) ** 0.5  # standard error of the change
-    return now <= 0.2 * (STILL * edge) ** 2 or abs(now - then) <= max(LEVEL * then, chance)
+    blocks = np.array([state.energy for state in states[-30:]]).reshape(-1, 10)
+    then, now = blocks[-2:].mean(axis=1)
+    if now <= 0.2 * (STILL * edge) ** 2 or abs(now - then) <= LEVEL * then:
+        return True
+    change = np.abs(np.diff(blocks.mean(axis=1)))
+    return len(blocks) == 3 and bool((change <= blocks[1:].std(axis=1) * 0.2**0.5).all())  # its standard error
 
 
 class Release:

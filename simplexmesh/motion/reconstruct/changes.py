@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
+from simplexmesh._base.errors import DivergedError, warn
 from simplexmesh.mesh.check import folded_vertices, tangled_vertices
 from simplexmesh.mesh.face_geometry import face_areas
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
@@ -148,12 +149,29 @@ def _with_largest_divided(mesh: SimplexMesh, budget: int) -> tuple[SimplexMesh, 
 def redistribute(run: Run) -> None:
     """Alternate merging faces of low score for divisions of high ones with motion, if wanted; then untangle.
 
-    If that fails, but succeeds on the mesh before, all is reverted: large faces intersect thin walls.
+    If that fails, but succeeds on the mesh before, all is reverted: large faces intersect thin walls. So it is, with a
+    warning, where the motion diverges: a film that no data holds may.
     """
     fine = run.stages[-2]
     if not fine.iterations or not _is_wanted(run):
         return
-    before, wanted, find = (run.mesh, run.fallback, run.topology), run.mesh.n_vertices, tangled_vertices
+    before = run.mesh, run.fallback, run.topology
+    try:
+        _exchange(run, fine)
+    except DivergedError as error:
+        warn(f"the vertices stay where they were before they were redistributed: {error}")
+        run.mesh, run.fallback, run.topology = before
+    if not run.untangle(fine.reach):
+        return
+    after = run.mesh, run.fallback, run.topology
+    run.mesh, run.fallback, run.topology = before
+    if run.untangle(fine.reach):
+        run.mesh, run.fallback, run.topology = after
+
+
+def _exchange(run: Run, fine: Stage) -> None:
+    """Alternate merging and dividing faces with motion."""
+    wanted, find = run.mesh.n_vertices, tangled_vertices
     for k in range(5):  # each takes time for less gain
         tangled = find(run.mesh)
         find = find if tangled.any() else folded_vertices  # cheaper, and enough once nothing intersects
@@ -164,12 +182,6 @@ def redistribute(run: Run) -> None:
         run.move(replace(fine, iterations=20), until=0.7 + 0.2 * (k + 1) / 5)
         if done.merged < 0.01 * run.mesh.n_faces:
             break
-    if not run.untangle(fine.reach):
-        return
-    after = run.mesh, run.fallback, run.topology
-    run.mesh, run.fallback, run.topology = before
-    if run.untangle(fine.reach):
-        run.mesh, run.fallback, run.topology = after
 
 
 def _is_wanted(run: Run) -> bool:

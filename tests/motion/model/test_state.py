@@ -16,8 +16,8 @@ STEPS = np.arange(40)
 
 @pytest.mark.parametrize("seed", range(5))
 def test_an_energy_that_only_fluctuates_is_at_rest(seed):
-    noise = np.random.default_rng(seed).normal(size=40)
-    assert any(is_at_rest(states(1 + 0.2 * noise)[:k], 1.0) for k in (20, 30, 40))
+    noise = np.random.default_rng(seed).normal(size=300)
+    assert any(is_at_rest(states(1 + 0.2 * noise)[:k], 1.0) for k in range(30, 301, 10))
 
 
 @pytest.mark.parametrize(
@@ -28,8 +28,9 @@ def test_an_energy_that_falls_or_rises_steadily_is_not(energy):
 
 
 def test_a_fall_is_told_from_the_fluctuation_on_it():
-    noise = np.random.default_rng(0).normal(size=20)
-    assert not is_at_rest(states(1 - 0.02 * STEPS[:20] + 0.02 * noise), 1.0)
+    noise = np.random.default_rng(0).normal(size=40)
+    fall = states(1 - 0.02 * STEPS + 0.02 * noise)
+    assert not any(is_at_rest(fall[:k], 1.0) for k in (20, 30, 40))
 
 
 def test_what_hardly_moves_is_at_rest_and_early_no_motion_is():

@@ -469,7 +469,7 @@ class TestReconstruction:
         assert (model.mesh.n_holes, model.mesh.genus, model.tangled) == (2, 0, 0)
         assert abs(model.mesh.n_vertices - 600) <= 60
         reach = np.hypot(*rim_points(model.mesh)[:, :2].T)
-        assert np.minimum(np.abs(reach - 1), np.abs(reach - 0.4)).mean() < 0.03
+        assert np.minimum(np.abs(reach - 1), np.abs(reach - 0.4)).mean() < 0.05  # an edge is 0.06
 
     def test_a_closed_ball_stays_closed_and_none_leaves_all_closed(self):
         assert sm.reconstruct(FINE, init="sphere", vertices=400).mesh.n_holes == 0
