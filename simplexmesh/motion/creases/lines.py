@@ -11,8 +11,10 @@ from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import dot, norm, vertex_normals
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.model.state import mean_edge
 from simplexmesh.motion.start.solid_mesh import decimated, relaxed, subdivided
 from simplexmesh.surface.features.feature_lines import feature_lines
+from simplexmesh.surface.features.lines.network import FeatureNetwork
 
 POINTS_PER_VERTEX = 5.0
 """Of the surface, at least: fewer leave noise, more blur the edges."""
@@ -54,8 +56,16 @@ def at_distances(points: Array, far: Array, along: Array) -> Array:
 def crease_lines(mesh: SimplexMesh, points: Array, noise: float) -> list[Line]:
     """Return the sharp edges of points (n, 3) near a closed mesh, which has rounded them, the longest first."""
     vertices, faces = surface_through(mesh, points, noise)
-    found = feature_lines(TriangleMesh(vertices, faces))
+    found = _without_loops(feature_lines(TriangleMesh(vertices, faces)), 6 * mean_edge(mesh))
     return [Line(line.points, line.closed, float(line.angle.mean())) for line in found.lines]
+
+
+def _without_loops(found: FeatureNetwork, around: float) -> FeatureNetwork:
+    """Return lines without the longer of two that lead from node to node and enclose less than a face of the model."""
+    ends = [{tuple(end) for end in line.points[[0, -1]].tolist()} for line in found.lines]
+    twins = [next((j for j in range(len(ends) - 1, k, -1) if ends[j] == ends[k]), k) for k in range(len(ends))]
+    lengths = [line.length for line in found.lines]
+    return found.without(*(k for k, j in enumerate(twins) if j > k and lengths[k] + lengths[j] < around))
 
 
 def surface_through(mesh: SimplexMesh, points: Array, noise: float) -> tuple[Array, Indices]:

@@ -127,6 +127,14 @@ def test_creases_that_folds_leave_none_of_are_told(monkeypatch):
     assert "crease" not in model.mesh.data
 
 
+@pytest.mark.parametrize("seed", [6, 7])
+def test_loops_smaller_than_a_face_are_no_lines(seed):
+    """In the triangulation of these points two lines lead from one end of an edge to the other."""
+    creases = sm.reconstruct(box_points(seed=seed), vertices=800).creases
+    assert len(creases) == 12
+    assert sum(line.length for line in creases) == pytest.approx(8 * HALF.sum(), rel=0.01)
+
+
 def test_lines_that_the_model_is_worse_with_go_out(models):
     points, smooth = box_points(), models[1].mesh
     lines = [sharpening.Line(line.points, line.closed, 1.5) for line in models[0].creases]
