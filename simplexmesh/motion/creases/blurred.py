@@ -49,9 +49,10 @@ def blur_of(target: Isosurface, mesh: SimplexMesh) -> float:
     for _ in range(6):
         step = drop(2.5 * blur)
         share = float(np.median(slope[step != 0] / step[step != 0])) if step.any() else 0.0
-        if not 0 < share < 1 or blur > WIDEST * voxel:
+        width = float(ndtri(0.5 + 0.5 * share))
+        if not 0.5 / WIDEST < width < np.inf:
             return np.inf
-        blur = 0.5 * voxel / float(ndtri(0.5 + 0.5 * share))
+        blur = 0.5 * voxel / width
     return blur
 
 

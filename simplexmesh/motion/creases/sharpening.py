@@ -117,6 +117,8 @@ def sharpened_volume(mesh: SimplexMesh, points: Array, target: Isosurface) -> Sh
     if np.isinf(blur):
         return None
     lines = crease_lines(mesh, points, float(np.median(_away(points, mesh))))
+    if not lines:
+        return None
     chosen = are_sharp(lines, mesh, target, blur)
     if not _are_most(chosen, lines):
         return None

@@ -379,7 +379,7 @@ class TestObjects:
         sheet = lumpy("plane").triangulated()
         one = sm.sai(sheet, 5, topology="plane")
         other = sm.sai(sm.TriangleMesh(sheet.vertices, sheet.faces[:, ::-1]), 5, topology="plane")
-        points = sm.sai(sheet.sampled(6000, rng=0).points[::-1], 5, topology="plane")
+        points = sm.sai(sheet.sampled(6000, rng=1).points[::-1], 5, topology="plane")
         for each in (one, other, points):
             assert each.angles.mean() > 0.02
             assert sm.match(each, one)[0].distance < 0.03
