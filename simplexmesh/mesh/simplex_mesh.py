@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices32
+from simplexmesh._base.errors import TopologyError
 from simplexmesh._base.html import card
 from simplexmesh._base.named_arrays import Located, named_arrays
 from simplexmesh._base.units import unit_or_none
@@ -224,6 +225,8 @@ class SimplexMesh(Located):
         ------
         TopologyError
             When one is not on this mesh, or two have an edge in common.
+        ValueError
+            When one to be removed is not there.
 
         Examples
         --------
@@ -237,8 +240,14 @@ class SimplexMesh(Located):
         """
         kept: dict[str, NDArray[Any]] = {k: v for k, v in self.connectivity.contour_darts.items() if k not in contours}
         for name, contour in contours.items():
+            if contour is None and name not in self.connectivity.contour_darts:
+                raise ValueError(
+                    f"contours to remove must be of {sorted(self.connectivity.contour_darts)}, not {name!r}"
+                )
             if contour is not None:
                 given = checks.instance(f"contour {name!r}", contour, Contour)
+                if not np.array_equal(given.mesh.connectivity.twin, self.connectivity.twin):
+                    raise TopologyError(f"contour {name!r} is on another mesh, or on this one before an edit")
                 kept[name] = Contour(self, given.vertices, given.closed).darts
         return replace(self, connectivity=replace(self.connectivity, contour_darts=kept))
 

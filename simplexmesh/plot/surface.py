@@ -147,8 +147,8 @@ def surface(
 
 def _add_contours(plotter: pv.Plotter, shown: Any) -> None:
     """Add a tube for each contour of a mesh."""
-    if not isinstance(shown, SimplexMesh):
-        raise ValueError(f"contours are those of a SimplexMesh; {type(shown).__name__} has none")
+    if not isinstance(shown, SimplexMesh) or not shown.contours:
+        raise ValueError(f"contours are those of a SimplexMesh with some; this {type(shown).__name__} has none")
     for k, contour in enumerate(shown.contours.values()):
         line = pv.lines_from_points(shown.vertices[contour.vertices], close=contour.closed)
         tube = line.strip().tube(radius=CONTOUR * shown.diagonal, n_sides=12, capping=True)

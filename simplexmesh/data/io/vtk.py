@@ -233,7 +233,8 @@ def _topology(dataset: Any, name: str) -> tuple[Connectivity, dict[str, Any]]:
         holes = fields.GetArray(HOLES)
         hole_darts: Indices32 = np.array([] if holes is None else vtk_to_numpy(holes), np.int32).reshape(-1)
         found = fields.GetAbstractArray(CONTOURS)
-        contours = {} if found is None else dict(json.loads(found.GetValue(0)))
+        listed = {} if found is None else dict(json.loads(found.GetValue(0)))
+        contours = {contour: np.array(darts, np.int64).reshape(-1) for contour, darts in listed.items()}
     except (AttributeError, ValueError, TypeError):
         raise OSError(f"{name} is a simplex mesh with damaged topology or arrays") from None
     return Connectivity(twin, hole_darts, contours), types

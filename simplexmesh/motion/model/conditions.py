@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices
+from simplexmesh._base.errors import TopologyError
 from simplexmesh._base.vectors import dot, norm, normalized
 from simplexmesh.mesh.connectivity import MAX_VERTICES
 from simplexmesh.mesh.contours import Contour
@@ -63,6 +64,8 @@ class Condition:
             if self.contour not in (named := mesh.contours):
                 raise ValueError(f"contours must be those of the mesh, {sorted(named)}, not {self.contour!r}")
             found = named[self.contour]
+        elif not np.array_equal(self.contour.mesh.connectivity.twin, mesh.connectivity.twin):
+            raise TopologyError(f"contours must be on the model's mesh, {self.contour!r} is on another")
         else:
             found = Contour(mesh, self.contour.vertices, self.contour.closed)
         if self.picked is not None and (other := np.setdiff1d(self.picked, found.vertices)).size:
@@ -80,6 +83,11 @@ class Condition:
         assert isinstance(self.contour, Contour)
         return self.contour
 
+    @property
+    def rows(self) -> Indices:
+        """The vertices that it is about, of a condition that is on a mesh."""
+        return self.line.vertices if self.picked is None else self.picked
+
     def prescribe(self, vertices: Array, frames: Frames) -> None:
         """Set the curvature of the surface that its averages take at the contour, and leave creases out of them."""
         rows = self.line.vertices
@@ -89,13 +97,13 @@ class Condition:
             frames.curvature[rows] = self.mean_curvature
         if self.tangent is not None:
             inner = slice(None) if self.line.closed else slice(1, -1)
-            frames.curvature[rows[inner]] = self._of_tangent(vertices, frames)[inner]
+            frames.curvature[rows[inner]] = self._of_tangent(vertices, frames, inner)
 
-    def _of_tangent(self, vertices: Array, frames: Frames) -> Array:
-        """Return (k,) the curvature sin(Theta0 - Theta) / r, of opposite sign where the surface is on the right."""
-        rows, mesh = self.line.vertices, self.line.mesh
+    def _of_tangent(self, vertices: Array, frames: Frames, inner: slice) -> Array:
+        """Return the curvature sin(Theta0 - Theta) / r of inner vertices, negated where the surface is on the right."""
+        whole, mesh = self.line.vertices, self.line.mesh
+        back, rows, ahead = np.roll(whole, 1)[inner], whole[inner], np.roll(whole, -1)[inner]
         places, normals = vertices[rows], frames.normals[rows]
-        back, ahead = np.roll(rows, 1), np.roll(rows, -1)
         along = normalized(vertices[ahead] - vertices[back])
         away = places - 0.5 * (vertices[back] + vertices[ahead])
         outward = np.cross(along, self.shape.plane) if self.shape is not None and self.shape.plane.any() else away
@@ -104,7 +112,8 @@ class Condition:
         around = mesh.neighbors[rows]
         third = around.sum(axis=1) - back - ahead
         left = dot(vertices[third] - places, np.cross(normals, along)) > 0
-        short = (np.asarray(self.tangent) - angle + np.pi) % (2 * np.pi) - np.pi
+        wanted = np.broadcast_to(np.asarray(self.tangent), len(whole))[inner]
+        short = (wanted - angle + np.pi) % (2 * np.pi) - np.pi
         sine = np.sin(np.clip(short, -np.pi / 2, np.pi / 2))
         known = (outward != 0).any(axis=1)
         return np.where(known, np.where(left, sine, -sine) * frames.inverse_radius[rows], frames.curvature[rows])
@@ -113,7 +122,7 @@ class Condition:
         """Put what is pinned in its place, or on its curve: by at most half the way to its neighbors in a step."""
         if not self.pinned:
             return
-        rows = self.line.vertices if self.picked is None else self.picked
+        rows = self.rows
         goals = self.line.mesh.vertices[rows] if self.curve is None else self.curve.closest(out.positions[rows])[1]
         step = goals - motion.vertices[rows]
         edges = motion.vertices[motion.neighbors[rows]] - motion.vertices[rows][:, None]
@@ -131,8 +140,9 @@ def pinned(contour: Contour | str, curve: Any = None, *, picked: ArrayLike | Non
     contour : Contour or str
         A contour of the model's mesh, or its name.
     curve : (k, 3) array, or object with `points` and `closed`, optional
-        The polyline to which the contour is drawn, and on which its vertices space themselves evenly; an array is of a
-        closed one if its last point is the first. Default: every vertex stays where it is at the start.
+        The polyline to whose nearest points the contour is drawn, and on which its vertices space themselves evenly; it
+        must lie around the contour as seen from it, or only a part of it is reached. An array is of a closed one if its
+        last point is the first. Default: every vertex stays where it is at the start.
     picked : (m,) array of int, optional
         The vertices of the mesh that are pinned; default: all of the contour.
 
@@ -150,11 +160,13 @@ def pinned(contour: Contour | str, curve: Any = None, *, picked: ArrayLike | Non
     True
     """
     rows = None if picked is None else checks.indices("picked", picked, (None,), MAX_VERTICES)
+    if rows is not None and not len(rows):
+        raise ValueError("picked must be at least one vertex, not none")
     if curve is None:
         return Condition(_contour(contour), pinned=True, picked=rows)
     points = checks.array("curve", getattr(curve, "points", curve), (None, 3))
-    if len(points) < 2:
-        raise ValueError(f"curve must have at least 2 points, not {len(points)}")
+    if len(points) < 2 or not np.ptp(points, axis=0).any():
+        raise ValueError("curve must have at least 2 different points")
     if getattr(curve, "closed", False):
         points = np.concatenate([points, points[:1]])
     at = np.arange(len(points) - 1)
@@ -201,7 +213,8 @@ def smooth(
     continuity : {"curvature", "normal", "free"}
         What is continuous along it; "normal" straightens it, "free" spaces its vertices evenly only.
     curvature : float or (k,) array, optional
-        Its curvature, in the inverse of the mesh's unit. Default: the mean over its neighbors.
+        Its curvature, in the inverse of the mesh's unit, at least 0 without a plane. A contour that is straight knows
+        no side to bend to: give `plane`. Default: the mean over its neighbors.
     torsion : float or (k,) array, optional
         The torsion angle psi of (3.17), in radians: by how much the line leaves the frame of the edges before and
         after. With 0 torsion is uniform, as of helices and plane curves. Default: that of the mean curvature vector
@@ -235,25 +248,40 @@ def smooth(
     normal = np.zeros((1, 3)) if plane is None else normalized(checks.array("plane", plane, (3,))[None])
     if plane is not None and not normal.any():
         raise ValueError("plane must be a normal of some length, not zero")
-    shape = Shapes(_numbers("curvature", curvature), _numbers("torsion", torsion), normal[0])
+    shape = Shapes(_numbers("curvature", curvature), _angles("torsion", torsion), normal[0])
+    if plane is None and (shape.curvature < 0).any():
+        raise ValueError("curvature has a sign in a plane only: give plane, or a curvature of at least 0")
     return Condition(
         _contour(contour), shape, continuity=continuity,
-        tangent=None if tangent is None else _numbers("tangent", tangent),
+        tangent=None if tangent is None else _angles("tangent", tangent),
         mean_curvature=None if mean_curvature is None else _numbers("mean_curvature", mean_curvature),
     )  # fmt: skip
 
 
 def conditions_on(mesh: SimplexMesh, given: Condition | Sequence[Condition]) -> list[Condition]:
     """Return conditions, on a mesh, in the order in which they are applied."""
-    found = [given] if isinstance(given, Condition) else list(given)
+    found = [given] if isinstance(given, Condition | Contour) else list(given)
     for condition in found:
         checks.instance("contours", condition, Condition)
-    return sorted((condition.on(mesh) for condition in found), key=lambda condition: condition.rank)
+    placed = sorted((condition.on(mesh) for condition in found), key=lambda condition: condition.rank)
+    for k, one in enumerate(placed):
+        for other in placed[k + 1 :]:
+            if one.rank == other.rank and np.isin(one.rows, other.rows).sum() > 2:  # contours may end on others
+                raise ValueError(f"contours must not give two conditions of a kind, as {one!r} and {other!r} are")
+    return placed
 
 
 def _contour(given: Contour | str) -> Contour | str:
     """Return what must be a contour or a name."""
     return given if isinstance(given, str) else checks.instance("contour", given, Contour)
+
+
+def _angles(name: str, value: float | ArrayLike | None) -> Array:
+    """Return angles in radians, from -pi to pi, as `_numbers` does."""
+    out = _numbers(name, value)
+    if (np.abs(out) > np.pi).any():
+        raise ValueError(f"{name} must be in radians, -pi to pi, not {np.abs(out).max():g}: numpy.radians converts degrees")
+    return out
 
 
 def _numbers(name: str, value: float | ArrayLike | None) -> Array:

@@ -243,7 +243,7 @@ class DeformableModel:
         gaps = self._no_gap
         if self.target is not None:
             gaps = target_gaps(self.target, self._vertices, normals, self.reach)
-            self._release.update(normals, self._neighbors, gaps)
+            self._release.update(normals, self._neighbors, gaps, (self.alpha == 0) & (self.beta == 0))
         extra = self._user_displacement() if self.forces else None
         moving = Moving(self._vertices, self._previous, self._neighbors, metric)
         forces, out = Forces(self.alpha, self.beta, self.damping, gaps), Step(following, self._moves, self._energy)

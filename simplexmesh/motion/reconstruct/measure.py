@@ -25,6 +25,7 @@ from simplexmesh.motion.targets.protocol import Target
 from simplexmesh.motion.targets.triangles import Triangles, inside_surface, surface_distance
 from simplexmesh.motion.topology.face_regions import dilated
 from simplexmesh.motion.topology.handles import HandleProposal
+from simplexmesh.numerics.plane_fits import spacing_of
 
 MOST_POINTS = 200_000
 """Of the data, drawn at random, for distances to the mesh."""
@@ -94,8 +95,9 @@ def restore(run: Run) -> None:
     """Put back places of a model begun near the data that strayed, if that tangles nothing; warn of the rest."""
     if run.options.init in PRIMITIVES or not run.stages[-1].iterations:
         return
-    scatter = max(run.data.resolution, getattr(run.target, "noise", 0.0))  # of the distances of places to the data
-    strays = Strays(run.start, drawn_points(run.data), max(mean_edge(run.mesh), 2 * scatter))
+    points = drawn_points(run.data)
+    scatter = max(spacing_of(points), getattr(run.target, "noise", 0.0))  # of the distances of places to the data
+    strays = Strays(run.start, points, max(mean_edge(run.mesh), 2 * scatter))
     if not strays.among(run.mesh).any():
         return
     tangles = restored(Tangles(run.mesh), strays, run.target)

@@ -223,8 +223,10 @@ def test_what_is_not_on_the_mesh_is_refused():
         NAMED.with_contours(twice=equator(BALL).reversed())
     with pytest.raises(TypeError, match="contour 'x' must be a Contour"):
         BALL.with_contours(x=[1, 2, 3])
-    with pytest.raises(ValueError, match="contour"):
+    with pytest.raises(TopologyError, match="contour 'x' is on another mesh"):
         BALL.with_contours(x=equator(RING))
+    with pytest.raises(ValueError, match=r"contours to remove must be of \[\], not 'x'"):
+        BALL.with_contours(x=None)
     c = BALL.connectivity
     for darts, message in (([], "'x' must have at least one edge"), ([0, 0], "dart 0 does not lead to the next one")):
         with pytest.raises(TopologyError, match=message):

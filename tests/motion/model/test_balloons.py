@@ -92,7 +92,7 @@ def test_a_fold_releases_the_vertices_without_data_around_it_until_it_heals():
     gaps[BALL.vertices[:, 2] < 0] = 0.0
     held, release = ~np.isnan(gaps), Release(BALL.n_vertices)
     for rings in range(40):
-        free = release.update(normals, BALL.neighbors, gaps)
+        free = release.update(normals, BALL.neighbors, gaps, np.zeros(BALL.n_vertices, bool))
         near = np.arange(BALL.n_vertices) == 0
         for _ in range(min(rings, RINGS - 1)):
             near |= near[BALL.neighbors].any(axis=1) & ~held
@@ -100,7 +100,7 @@ def test_a_fold_releases_the_vertices_without_data_around_it_until_it_heals():
     normals[0] *= -1
     assert free.sum() > 50
     for _ in range(RINGS):
-        free = release.update(normals, BALL.neighbors, gaps)
+        free = release.update(normals, BALL.neighbors, gaps, np.zeros(BALL.n_vertices, bool))
     assert not free.any()
 
 

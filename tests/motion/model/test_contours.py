@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial.transform import Rotation
 
@@ -263,6 +265,20 @@ class TestSurface:
             assert_allclose(model.mesh.vertices[off], BALL.vertices[off], atol=1e-12)
 
 
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 2**31 - 1))
+def test_a_tangent_along_an_open_contour_is_that_of_its_inner_vertices(seed):
+    first, last = np.random.default_rng(seed).choice(BALL.n_vertices, 2, replace=False)
+    line = sm.Contour.through(BALL, [first, last], closed=False)
+    angles = np.full(len(line), 0.2)
+    places = []
+    for tangent in (0.2, angles):
+        model = DeformableModel(BALL, contours=smooth(line, tangent=tangent))
+        list(model.run(2))
+        places.append(model.mesh.vertices)
+    assert_allclose(places[0], places[1], atol=1e-14)
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [
@@ -274,7 +290,7 @@ class TestSurface:
         (lambda: smooth(RIM, torsion=0.0, plane=[0, 0, 1]), "give it or plane, not both"),
         (lambda: smooth(RIM, tangent=0.0, mean_curvature=1.0), "give tangent or mean_curvature, not both"),
         (lambda: smooth(RIM, plane=[0, 0, 0]), "plane must be a normal of some length"),
-        (lambda: pinned(RIM, [[0, 0, 0]]), "curve must have at least 2 points, not 1"),
+        (lambda: pinned(RIM, [[0, 0, 0]]), "curve must have at least 2 different points"),
         (
             lambda: DeformableModel(DISK, contours=smooth(RIM, curvature=[1.0, 2.0])),
             r"curvature must have shape \(24,\)",
@@ -287,6 +303,15 @@ class TestSurface:
         ),
         (lambda: pinned([1, 2, 3]), "contour must be a Contour"),
         (lambda: DeformableModel(DISK, contours=[RIM]), "contours must be a Condition"),
+        (lambda: DeformableModel(DISK, contours=RIM), "contours must be a Condition"),
+        (lambda: smooth(RIM, curvature=-1.0), "curvature has a sign in a plane only"),
+        (lambda: smooth(RIM, tangent=45), "tangent must be in radians, -pi to pi, not 45: numpy.radians"),
+        (lambda: smooth(RIM, torsion=10), "torsion must be in radians"),
+        (lambda: pinned(RIM, picked=[]), "picked must be at least one vertex"),
+        (
+            lambda: DeformableModel(DISK, contours=[smooth(RIM, curvature=1.0), smooth(RIM, mean_curvature=1.0)]),
+            "contours must not give two conditions of a kind",
+        ),
     ],
 )
 def test_what_is_no_condition_is_refused(make, message):

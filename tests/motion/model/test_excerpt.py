@@ -52,3 +52,19 @@ def test_of_all_vertices_or_some_on_holes_the_whole_mesh_is_kept(mesh):
     if mesh.n_holes:
         rim = mesh.connectivity.face_is_hole[mesh.connectivity.vertex_faces].any(axis=1)
         assert excerpt(mesh, np.arange(mesh.n_vertices) == np.flatnonzero(rim)[0])[0] is mesh
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_held_vertices_release_none(seed):
+    """Where no data is seen, folds would spread from the ring that closes an excerpt."""
+    ball = BALL.moved(BALL.vertices + 0.03 * np.random.default_rng(seed).normal(size=BALL.vertices.shape))
+    target = sm.targets.Triangles(ball.moved(1.05 * BALL.vertices).triangulated())
+    free = dilated(np.arange(ball.n_vertices) == 200 * seed, ball.neighbors, 4)
+    part, rows = excerpt(ball, dilated(free, ball.neighbors, 1))
+    moved = []
+    for each, weights in ((ball, free.astype(float)), (part, free[rows].astype(float))):
+        model = sm.DeformableModel(each, target, alpha=0.4 * weights, beta=0.4 * weights, damping=1.0, reach=0.02)
+        for _ in model.run(10, warnings=False):
+            pass
+        moved.append(model.mesh.vertices)
+    assert_array_equal(moved[1], moved[0][rows])
