@@ -150,6 +150,7 @@ def described(result: Any) -> dict[str, Any]:
         "converged": result.converged,
         "interrupted": result.interrupted,
         "tangled": result.tangled,
+        "creases": {"count": len(result.creases), "length": sum(line.length for line in result.creases)},
         "topology": _changes(result.topology),
         "problems": list(mesh.check(self_intersections=True).problems),
     }
@@ -189,6 +190,7 @@ def _rows(facts: dict[str, Any]) -> dict[str, str]:
     """Return the rows of the table."""
     rest = "interrupted" if facts["interrupted"] else "converged" if facts["converged"] else "not converged"
     enclosed = facts["distance"]["enclosed"]
+    creases = facts["creases"]
     within = {"enclosed": f"{enclosed['count']:,} data points far inside the model, up to {enclosed['max']:.4g}"}
     return {
         **report.mesh_rows(facts),
@@ -196,6 +198,7 @@ def _rows(facts: dict[str, Any]) -> dict[str, str]:
         "data to mesh": _spread(facts["distance"]["data_to_mesh"]),
         **(within if enclosed["count"] else {}),
         **_summary(facts["topology"]),
+        **({"sharp edges": f"{creases['count']}, length {creases['length']:.4g}"} if creases["count"] else {}),
         "fit": f"{facts['iterations']} iterations, {rest}",
         "problems": "\n".join(facts["problems"]) or "none",
         "time": f"{facts['seconds']:.1f} s",

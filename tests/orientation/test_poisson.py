@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from simplexmesh.data.points import PointCloud
 from simplexmesh.mesh.shapes import sphere
+from simplexmesh.motion.start.from_points import start_from_points
 from simplexmesh.numerics.plane_fits import planes
 from simplexmesh.orientation.poisson import Poisson, oriented_indicator
 
@@ -32,6 +34,29 @@ def test_thin_sheets_have_two_sides(half, noise, seed):
     points, normals = planet(half, noise, seed)
     inward = oriented_indicator(points, planes(points), CELL).at(points)[1]
     assert ((inward * normals).sum(axis=1) > 0).mean() < 0.02
+
+
+def cup(rng):
+    turn, radius, angle = 2 * np.pi * rng.random(6000), np.sqrt(rng.random(1500)), 2 * np.pi * rng.random(1500)
+    side = np.column_stack([np.cos(turn), np.sin(turn), 2 * rng.random(6000)])
+    return np.concatenate([side, np.column_stack([radius * np.cos(angle), radius * np.sin(angle), 0 * radius])])
+
+
+def tray(rng, size=(1.0, 1.0, 1.0)):
+    sides = np.repeat(np.prod(size) / np.array(size), 2)[:5]
+    side, points = rng.choice(5, 8000, p=sides / sides.sum()), rng.random((8000, 3))
+    points[np.arange(8000), side // 2] = side % 2
+    return points * size
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("shape", [cup, tray, lambda rng: tray(rng, (1.0, 1.0, 0.2))])
+def test_open_containers_are_full(shape, seed):
+    """The flood enters them: the side of their walls is that of bodies that they would be with a lid."""
+    points = shape(np.random.default_rng(seed))
+    start = start_from_points(PointCloud(points), 1500)
+    assert (start.mesh.genus, start.mesh.n_components) == (0, 1)
+    assert start.mesh.volume > 0.75 * np.prod(np.ptp(points, axis=0)) * (np.pi / 4 if shape is cup else 1)
 
 
 def test_ambiguity_is_least_for_the_true_normals():

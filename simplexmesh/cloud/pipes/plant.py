@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import chain as chained
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -26,10 +26,6 @@ from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import JUMP
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.primitives import Cylinder
-
-if TYPE_CHECKING:
-    pass
-
 
 PRIMITIVES = 0.6
 """Part of the progress that finding primitives takes."""

@@ -272,12 +272,14 @@ class Primitive:
         Only where the normal leaves the surface on its outside, and within the extent of one that was fitted.
         """
         start, along = checks.array("vertices", vertices, (None, 3)), checks.array("normals", normals, (None, 3))
-        way = np.zeros(len(start))
+        way, lost = np.zeros(len(start)), np.zeros(len(start), bool)
         with np.errstate(all="ignore"):
             for _ in range(NEWTON_STEPS):
                 at = start + way[:, None] * along
                 way = way - self.distance(at) / dot(self.gradient(at), along)
-            way = np.where(np.isfinite(way), way, np.inf)
+                lost |= ~np.isfinite(way)
+                way = np.where(lost, 0.0, way)
+            way = np.where(lost, np.inf, way)
             at = start + np.clip(way, -reach, reach)[:, None] * along
         left = CONVERGED * (np.abs(way) + ROUNDING * np.abs(start).max(axis=1, initial=0.0))
         met = (np.abs(way) <= reach) & (np.abs(self.distance(at)) <= left) & (dot(self.gradient(at), along) > 0)

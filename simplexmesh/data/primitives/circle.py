@@ -61,6 +61,9 @@ class Circle(Curve):
         parts = (self._summed(code, points, mass, np.inf) for code in (kernels.CYLINDER, kernels.PLANE))
         return *(one + other for one, other in zip(*(part[:2] for part in parts), strict=True)), cost
 
+    def _ends(self) -> Array:
+        return self.extent if self.extent is not None else np.array([[-np.pi, np.pi], [0.0, 0.0]])
+
     def _coordinate(self, rho: Array, z: Array) -> Array:
         return np.zeros_like(rho)
 

@@ -70,8 +70,7 @@ def are_sharp(lines: Sequence[Line], mesh: SimplexMesh, target: Isosurface, blur
         rows = of == k
         if np.isnan([one[rows], two[rows], four[rows]]).any(axis=0).mean() < 0.5:
             a, b, c = (np.nanmedian(turn[rows]) for turn in (one, two, four))
-            within, beyond = WITHIN[0] < a / b < WITHIN[1], BEYOND[0] < c / b < BEYOND[1]
-            out[k] = abs(b) > LEAST_TURN and within and beyond
+            out[k] = abs(b) > LEAST_TURN and WITHIN[0] < a / b < WITHIN[1] and BEYOND[0] < c / b < BEYOND[1]
     return out
 
 

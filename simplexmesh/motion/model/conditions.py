@@ -280,7 +280,8 @@ def _angles(name: str, value: float | ArrayLike | None) -> Array:
     """Return angles in radians, from -pi to pi, as `_numbers` does."""
     out = _numbers(name, value)
     if (np.abs(out) > np.pi).any():
-        raise ValueError(f"{name} must be in radians, -pi to pi, not {np.abs(out).max():g}: numpy.radians converts degrees")
+        most = np.nanmax(np.abs(out))
+        raise ValueError(f"{name} must be in radians, -pi to pi, not {most:g}: numpy.radians converts degrees")
     return out
 
 

@@ -236,3 +236,27 @@ class TestCurves:
         assert drawn.length == pytest.approx(np.linalg.norm(np.ptp(curve.bounds, axis=0)), rel=0.01)
         with pytest.raises(ValueError, match="is a curve"):
             curve.mesh()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_target_is_not_met_where_the_normal_leads_nowhere(kind):
+    """Along tangents and from axes and centers too, where no gradient is known: NaN, not an error."""
+    shape, rng = KINDS[kind], np.random.default_rng(0)
+    points = shape.at(rng.uniform(-0.5, 0.5, (20, 2))) if kind not in ("line", "circle") else rng.normal(size=(20, 3))
+    tangents = np.cross(shape.gradient(points), [0.6, 0.0, 0.8])
+    places = np.concatenate([points, np.tile(getattr(shape, "center", getattr(shape, "point", np.zeros(3))), (20, 1))])
+    gaps = shape.gap(places, np.tile(tangents, (2, 1)), 3.0)
+    assert not np.isinf(gaps).any()
+
+
+def test_a_closed_mesh_comes_to_a_plane():
+    plane = sm.fit_primitive(np.random.default_rng(0).uniform(-1, 1, (500, 3)) * [1, 1, 0], "plane")
+    model = sm.DeformableModel(sm.sphere(8), plane, reach=0.5)
+    list(model.run(3, warnings=False))
+    assert np.isfinite(model.mesh.vertices).all()
+
+
+def test_a_whole_circle_has_all_its_points():
+    circle = P.Circle([0, 0, 0], [0, 0, 1], 1.0)
+    assert np.allclose(np.linalg.norm(circle.sample(50, rng=0), axis=1), 1)
+    assert np.allclose(circle.bounds, [[-1, -1, 0], [1, 1, 0]], atol=1e-6)
