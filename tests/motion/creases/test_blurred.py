@@ -76,8 +76,8 @@ def test_a_box_has_its_edges_and_a_rounded_one_none():
     points = np.concatenate([line.points for line in sharp.creases])
     off = np.sort(np.abs(np.abs(points) - HALF), axis=1)[:, 1]  # of the second of two sides, in voxels
     assert np.sqrt((off**2).mean()) < 0.2
-    assert off.max() < 0.8
+    assert off.max() < 1.3  # half an edge
     assert abs(sharp.mesh.volume - 8 * HALF.prod()) < 0.3 * abs(smooth.mesh.volume - 8 * HALF.prod())
-    assert sharp.mesh.check(self_intersections=True)
+    assert sharp.mesh.check(self_intersections=True).ok
     assert sharp.distance.mesh_to_data.rms < 0.2  # each vertex to its own side, not to where the blur is round
     assert sm.reconstruct(rounded_box(5.0, 1.0), level=0.5, vertices=900).creases == ()

@@ -118,7 +118,8 @@ def test_noise_is_removed_from_points_of_which_nothing_is_known(noisy_torus):
 
 @pytest.mark.parametrize("vertices", [20, 23])
 def test_the_smallest_budgets_suffice_for_a_primitive(vertices):
-    assert sm.reconstruct(sm.sphere(16).vertices, init="sphere", vertices=vertices).mesh.n_vertices <= vertices
+    model = sm.reconstruct(sm.sphere(16).vertices, init="sphere", vertices=vertices, creases="none")
+    assert model.mesh.n_vertices <= vertices
 
 
 def test_the_budget_is_kept(noisy_torus):
@@ -276,12 +277,12 @@ BOX = pv.Box((-1, 1, -0.7, 0.7, -0.5, 0.5)).triangulate().subdivide(3)
 
 @pytest.fixture(scope="module")
 def adaptive():
-    return sm.reconstruct(BOX, vertices=600)
+    return sm.reconstruct(BOX, vertices=600, creases="none")
 
 
 @pytest.fixture(scope="module")
 def even():
-    return sm.reconstruct(BOX, vertices=600, placement="even")
+    return sm.reconstruct(BOX, vertices=600, placement="even", creases="none")
 
 
 class TestPlacement:
@@ -312,7 +313,8 @@ class TestPlacement:
     def test_even_keeps_the_faces_of_the_start_and_spaces_vertices_evenly(self, even):
         assert_array_equal(even.mesh.neighbors, even.start.neighbors)
         assert (even.topology.exchanged, even.topology.swapped) == (0, 0)
-        assert_array_equal(sm.reconstruct(BOX, vertices=600, adaptation=0.0).mesh.vertices, even.mesh.vertices)
+        model = sm.reconstruct(BOX, vertices=600, adaptation=0.0, creases="none")
+        assert_array_equal(model.mesh.vertices, even.mesh.vertices)
 
     def test_faces_of_a_given_start_are_kept_by_default(self, even):
         start = even.mesh
