@@ -188,6 +188,8 @@ def _laid(scene: Scene, chosen: Mask, worse: Callable[[Sharpened], Mask | None])
         if found.paths and not (strays if last else bad).any() and not tangled_vertices(found.mesh).any():
             return found
         chosen = found.traced & ~bad
+        if not chosen.any() and not strays.any():  # the model is worse with every one of them
+            return None
         if not bad.any() or not chosen.any():
             break
     warn("the model stays smooth: with the sharp edges of the data its faces would fold; more vertices may help")
