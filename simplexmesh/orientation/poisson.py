@@ -192,8 +192,8 @@ def oriented_indicator(points: Array, found: Planes, cell: float) -> Indicator:
 
     The first initialization comes from the finest flood that does not leak. What does not settle quickly is iterated on
     a coarse grid first, where holes in the data close, but also thin sheets cancel out. Others are tried on the coarse
-    grid: the next best flood, and normals pointing away from the centroid. The least ambiguous replaces the first if it
-    is less ambiguous by a tenth there, and so on the requested grid: leaks, which open containers have, cost more.
+    grid: the next best flood, and normals pointing away from the centroid. The least ambiguous replaces the first, as
+    where the flood entered an open container, if it is less ambiguous by a tenth there and on the requested grid.
     """
     fine, coarse = Poisson.of(points, cell), Poisson.of(points, 2 * cell)
     first, *others = _initial_normals(points, found, cell)
