@@ -28,6 +28,8 @@ def opened(value: Any) -> PointCloud:
         cloud = PointCloud(value[:, :3])
     elif not isinstance(value, PointCloud):
         cloud = as_points(value, "cloud")
+    if len(cloud):
+        checks.size("cloud", cloud.bounds)
     warn_of_steps(cloud.points)
     return cloud
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,7 @@ def shapes() -> dict[str, Any]:
     points, vertices, faces = rng.normal(size=(60, 3)), triangles.vertices, triangles.faces
     flat = vertices * [1.0, 1.0, 0.0]
     line = np.linspace(0, 1, 60)[:, None] * [1.0, 2.0, 3.0]
+    circle = np.linspace(0, 2 * np.pi, 2000)
     return {
         "nothing": None,
         "text": "no such file",
@@ -30,6 +31,7 @@ def shapes() -> dict[str, Any]:
         "points in a plane": points * [1.0, 1.0, 0.0],
         "points far away": points + 1e15,
         "not a number": np.where(np.arange(60)[:, None] == 7, np.nan, points),
+        "a ring": np.stack([np.cos(circle), np.sin(circle), 0 * circle], axis=1),
         "infinite": np.where(np.arange(60)[:, None] == 7, np.inf, points),
         "complex": points * 1j,
         "whole numbers": (4 * points).astype(int),
@@ -69,11 +71,25 @@ def other() -> sm.SimplexMesh:
     return sm.sphere(4)
 
 
+def featured(x: Any) -> Any:
+    """Every step from a surface to a mesh with its edges along sharp lines."""
+    network = sm.feature_lines(x)
+    return network, sm.zones(x, network).kinds, sm.aligned(x, network)
+
+
+def around(x: Any) -> Any:
+    """A contour around the middle of a mesh, which a model then pins."""
+    contour = sm.Contour.through(x, [0, 60, 120])
+    for _ in sm.DeformableModel(x, contours=sm.pinned(contour)).run(5):
+        pass
+
+
 def run(mesh: Any, target: Any) -> None:
     for _ in sm.DeformableModel(mesh, target).run(5):
         pass
 
 
+KINDS = "plane", "sphere", "cylinder", "cone", "torus"
 DOORS: dict[str, Callable[[Any], Any]] = {
     "PointCloud": lambda x: sm.PointCloud(x),
     "TriangleMesh": lambda x: sm.TriangleMesh(*x) if isinstance(x, tuple) else sm.TriangleMesh(x, x),
@@ -100,6 +116,19 @@ DOORS: dict[str, Callable[[Any], Any]] = {
     "regularize": sm.regularize,
     "open_holes": lambda x: sm.open_holes(x, other().triangulated()),
     "add_handles": sm.add_handles,
+    "redistribute": lambda x: sm.redistribute(x, other().triangulated()),
+    "spread": sm.spread,
+    "salient_points": sm.salient_points,
+    "clipped": lambda x: sm.clipped(x, origin=(0, 0, 0), normal=(0, 0, 1)),
+    "register_all": lambda x: sm.register_all([x, other()]),
+    "occlude": lambda x: sm.occlude(x, other()),
+    "features": featured,
+    "a contour": around,
+    "fit_circle": sm.fit_circle,
+    **{f"fit a {kind}": partial(sm.fit_primitive, kind=kind) for kind in KINDS},
+    "extract_primitives": sm.extract_primitives,
+    "extract_pipes": sm.extract_pipes,
+    "follow_pipe": lambda x: sm.follow_pipe(x, pick=(0.0, 0.0, 0.0)),
 }
 
 

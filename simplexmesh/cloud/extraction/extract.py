@@ -114,7 +114,6 @@ def extract_primitives(
     first, inverse = distinct(given.points)
     if len(first) < LEAST:
         raise ValueError(f"cloud must have at least {LEAST} different points, not {len(first)}")
-    checks.size("cloud", given.bounds)
     points = given.points[first]
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     size = float(np.linalg.norm(np.ptp(points, axis=0))) / 2

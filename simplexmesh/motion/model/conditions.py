@@ -127,7 +127,8 @@ class Condition:
         step = goals - motion.vertices[rows]
         edges = motion.vertices[motion.neighbors[rows]] - motion.vertices[rows][:, None]
         reach = 0.5 * np.sqrt((edges**2).sum(axis=(1, 2)) / 3)
-        step *= np.minimum(1.0, reach / np.maximum(norm(step), np.finfo(float).tiny))[:, None]
+        length = norm(step)
+        step *= np.divide(reach, length, out=np.ones(len(length)), where=length > reach)[:, None]
         out.positions[rows] = motion.vertices[rows] + step
         out.moves[rows] = dot(step, step)
 

@@ -141,6 +141,11 @@ class TestDiameters:
         assert [element.kind for element in line.elements] == ["straight"]
         assert_allclose(line.length, 30, atol=0.3)
 
+    @pytest.mark.parametrize(("scale", "wrong"), [(1e300, "reach to"), (1e-300, "be")])
+    def test_lengths_whose_products_overflow_are_refused(self, scale, wrong):
+        with pytest.raises(ValueError, match=rf"^cloud must be within .*, not {wrong} .* another unit$"):
+            sm.follow_pipe(scale * np.random.default_rng(0).normal(size=(60, 3)), (0, 0, 0))
+
     def test_a_given_radius_is_kept(self):
         line = followed(elbow(3.0), radius=1.01)
         assert {element.radius for element in line.elements} == {1.01}

@@ -184,6 +184,12 @@ class TestPlace:
             at_rest(named, 100, contours=[pinned("rim")]).vertices[RIM.vertices], DISK.vertices[RIM.vertices]
         )
 
+    @pytest.mark.parametrize("scale", [1e-40, 1e40])
+    def test_in_any_unit_it_stays(self, scale):
+        disk = DISK.scaled(scale)
+        rim = Contour(disk, RIM.vertices)
+        assert_allclose(at_rest(disk, 10, contours=pinned(rim)).vertices[rim.vertices], disk.vertices[rim.vertices])
+
     def test_far_away_it_is_approached_in_steps(self):
         model = DeformableModel(DISK, contours=pinned(RIM, CIRCLE + np.array([0, 0, 5.0])))
         before = model.mesh.vertices
