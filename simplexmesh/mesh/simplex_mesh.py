@@ -260,6 +260,8 @@ class SimplexMesh(Located):
     def transformed(self, T_target_source: ArrayLike) -> SimplexMesh:
         """Return the mesh in the target frame of a (4, 4) affine; reflections, which turn it inside out, are refused.
 
+        The array `velocity`, if it has one, turns with it; other arrays stay.
+
         Examples
         --------
         >>> from simplexmesh.mesh.shapes import sphere
@@ -269,7 +271,8 @@ class SimplexMesh(Located):
         T = checks.affine("T_target_source", T_target_source)
         if np.linalg.slogdet(T[:3, :3])[0] < 0:
             raise ValueError("T_target_source must keep the orientation of a simplex mesh; it is a reflection")
-        return self.moved(self.vertices @ T[:3, :3].T + T[:3, 3])
+        out = self.moved(self.vertices @ T[:3, :3].T + T[:3, 3])
+        return out.with_data(velocity=out.data["velocity"] @ T[:3, :3].T) if "velocity" in out.data else out
 
     # ---- imported when called: these belong to higher packages, but users look for them on the mesh
 

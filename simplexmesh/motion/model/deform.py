@@ -60,8 +60,9 @@ class DeformableModel:
     Parameters
     ----------
     mesh : SimplexMesh
-        The start. Its data arrays `metric`, `rigidity`, `constraint` and `reference_angle` are defaults here. The
-        curvature of vertices on creases, marked by its data array `crease`, is in no average; `free` is their default.
+        The start. Its data arrays `metric`, `rigidity`, `constraint` and `reference_angle` are defaults here, and
+        `velocity` (n, 3) is its last step, so that a model made of the edited `mesh` of another goes on. The curvature
+        of vertices on creases, marked by its data array `crease`, is in no average; `free` is their default.
     target : Target, optional
         The data that attracts the mesh; see `simplexmesh.targets`. Without it only the internal force and `forces` act.
     rigidity : int or (n,) array of int
@@ -167,7 +168,8 @@ class DeformableModel:
 
     def _allocate(self, vertices: Array) -> None:
         n = len(vertices)
-        self._vertices, self._previous, self._next = vertices.copy(), vertices.copy(), vertices.copy()
+        velocity = checks.array("data['velocity']", self._start.data.get("velocity", np.zeros((n, 3))), (n, 3))
+        self._vertices, self._previous, self._next = vertices.copy(), vertices - velocity, vertices.copy()
         self._frames = Frames(np.zeros((n, 3)), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n, np.int8))
         self._averages = Averages(self._frames, self._neighbors)
         self._moves, self._energy = np.zeros(n), np.zeros(n)
@@ -176,8 +178,8 @@ class DeformableModel:
 
     @property
     def mesh(self) -> SimplexMesh:
-        """The present mesh, with its reference metric parameters as data array `metric`."""
-        return self._start.moved(self._vertices).with_data(metric=self.metric)
+        """The present mesh; with its arrays `metric` and `velocity`, the last step, another model goes on."""
+        return self._start.moved(self._vertices).with_data(metric=self.metric, velocity=self._vertices - self._previous)
 
     def run(self, iterations: int, *, every: int = 1, tolerance: float = 0.0, warnings: bool = True) -> Iterator[State]:
         """Iterate, yielding the state regularly, so that a loop can monitor, draw or stop the motion.
