@@ -203,7 +203,7 @@ def nifti_size(head: bytes) -> int:
     else:
         dims = struct.unpack(order + "8h", head[40:56])
         bits = struct.unpack(order + "h", head[72:74])[0]
-        offset = int(min(max(struct.unpack(order + "f", head[108:112])[0], 0.0), 1e18))
+        offset = int(min(max(0.0, struct.unpack(order + "f", head[108:112])[0]), 1e18))  # 0 also for NaN
     samples = 1
     for n in dims[1 : 1 + min(max(dims[0], 0), 7)]:
         samples *= n
