@@ -72,3 +72,11 @@ def test_extents_are_relative_to_the_longest():
     assert_allclose(rigid.relative_extents(np.concatenate([np.diag([4, 3, 1.0]), -np.diag([4, 3, 1.0])]) + 7),
                     [1, 3 / 4, 1 / 4])  # fmt: skip
     assert_allclose(rigid.relative_extents(np.zeros((3, 3))), 0)
+
+
+@pytest.mark.parametrize("pairs", [[POINTS], [POINTS, POINTS, POINTS], {"a": POINTS, "b": POINTS}, 7])
+def test_what_is_no_pair_is_refused(pairs):
+    with pytest.raises(TypeError, match=r"^pairs must be two arrays of points, of a and of b$"):
+        rigid.point_pairs(pairs, "of a and of b")
+    first, second = rigid.point_pairs([POINTS, 2 * POINTS], "of a and of b")
+    assert_allclose(second, 2 * first)

@@ -100,6 +100,11 @@ class TestCircles:
         center, normal, radius = circle_fits.sampled_circle(at, weight)
         assert_allclose([*center, abs(normal @ AXIS), radius], [*ON, 1, 0.7], atol=1e-9)
 
+    def test_points_without_weight_complete_a_triple(self):
+        at, weight = ON + 0.7 * spread(20), np.zeros(20)
+        weight[[3, 9]] = 1
+        assert_allclose(circle_fits.sampled_circle(at, weight)[2], 0.7)
+
     def test_points_of_a_line_are_on_none(self):
         assert circle_fits.sampled_circle(np.arange(5.0)[:, None] * AXIS, np.ones(5)) is None
 

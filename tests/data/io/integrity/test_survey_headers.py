@@ -90,7 +90,7 @@ def e57(text, at=48, length=None, page=1024, count=None, pages=2):
     logical = bytearray(pages * 1020)
     start = at // 1024 * 1020 + at % 1024
     logical[start : start + len(text)] = text
-    out = b"".join(bytes(logical[k : k + 1020]) + b"\xff" * 4 for k in range(0, len(logical), 1020))
+    out = b"".join(bytes(logical[k : k + 1020]) + b"<!\0\0" for k in range(0, len(logical), 1020))
     head = struct.pack("<QQQQ", len(out) if length is None else length, at, len(text) if count is None else count, page)
     return out[:16] + head + out[48:]
 
