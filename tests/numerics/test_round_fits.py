@@ -5,7 +5,6 @@ import pytest
 from numpy.testing import assert_allclose
 
 from simplexmesh.numerics import circle_fits, round_fits
-from simplexmesh.numerics.constrained_least_squares import REGULARIZATION, RELAXATION, constrained_least_squares
 
 RNG = np.random.default_rng(0)
 AXIS = np.array([2.0, -1, 2]) / 3
@@ -123,38 +122,3 @@ class TestCircles:
         median = circle_fits._weighted_median(np.arange(4.0), np.array([1.0, 1, 1, 4]))
         assert median == 3
         assert_allclose(found[2], 0.7, atol=0.1)
-
-
-class TestConstraints:
-    def test_without_any_it_is_ridge_regression(self):
-        J, w, r = RNG.normal(size=(9, 3)), RNG.uniform(1, 2, 9), RNG.normal(size=9)
-        normal = J.T @ (w[:, None] * J)
-        expected = np.linalg.solve(normal + REGULARIZATION * np.trace(normal) * np.eye(3), -J.T @ (w * r))
-        for bounds in (np.zeros((0, 3)), expected[None]):
-            lower = np.full(len(bounds), 0.5 * expected @ expected)
-            assert_allclose(constrained_least_squares(J, w, r, bounds, lower), expected)
-
-    @pytest.mark.parametrize("bound", [1.0, 50.0])
-    def test_one_that_pulls(self, bound):
-        """In one dimension: x = f y, f^2 = 1 / (1 + ridge); y^2 + slack^2 is least where f y + relaxation slack is."""
-        squared = 1 / (1 + REGULARIZATION)
-        expected = bound * squared / (squared + RELAXATION**2)
-        found = constrained_least_squares(np.eye(1), np.ones(1), np.zeros(1), np.eye(1), np.array([bound]))
-        assert_allclose(found, [expected])
-
-    def test_the_slope_is_a_sum_of_what_pulls(self):
-        J, w, r = RNG.normal(size=(9, 3)), RNG.uniform(1, 2, 9), RNG.normal(size=9)
-        bounds, lower = RNG.normal(size=(5, 3)), np.array([0.5, 1, -3, 0.2, -2])
-        x = constrained_least_squares(J, w, r, bounds, lower)
-        assert (bounds @ x > lower - 1e-3).all()
-        normal = J.T @ (w[:, None] * J)
-        slope = (normal + REGULARIZATION * np.trace(normal) * np.eye(3)) @ x + J.T @ (w * r)
-        active = np.abs(bounds @ x - lower) < 1e-3
-        pulls = np.linalg.lstsq(bounds[active].T, slope)[0]
-        assert 0 < active.sum() < 4
-        assert (pulls > 0).all()
-        assert_allclose(bounds[active].T @ pulls, slope, atol=1e-9)
-
-    def test_nothing_to_fit(self):
-        found = constrained_least_squares(np.zeros((2, 3)), np.ones(2), np.ones(2), np.eye(3)[:1], np.array([1.0]))
-        assert_allclose(found, [1 / (1 + RELAXATION**2), 0, 0])
