@@ -143,7 +143,10 @@ def check_nifti(path: Path) -> None:
             head = stream.read(352)
     except (zlib.error, EOFError):
         raise OSError(f"{path.name} has damaged compressed samples") from None
-    wanted = nifti_size(head)
+    try:
+        wanted = nifti_size(head)
+    except ValueError:  # NaN for a place
+        raise OSError(f"{path.name} is a NIfTI file with a damaged header") from None
     if is_nifti_pair(head):
         _check_pair(path, wanted)
     elif not zipped:
@@ -203,7 +206,7 @@ def nifti_size(head: bytes) -> int:
     else:
         dims = struct.unpack(order + "8h", head[40:56])
         bits = struct.unpack(order + "h", head[72:74])[0]
-        offset = int(min(max(0.0, struct.unpack(order + "f", head[108:112])[0]), 1e18))  # 0 also for NaN
+        offset = int(min(max(struct.unpack(order + "f", head[108:112])[0], 0.0), 1e18))
     samples = 1
     for n in dims[1 : 1 + min(max(dims[0], 0), 7)]:
         samples *= n

@@ -86,9 +86,11 @@ class TestNifti:
                 volumes.check_nifti(path)
 
 
-def test_an_offset_that_is_none_is_zero():
-    for offset in (-5.0, float("nan")):
-        assert volumes.nifti_size(nifti("<", 1, offset=offset)) == 240
+def test_a_place_before_the_file_is_its_start_and_one_that_is_no_number_is_damage(tmp_path):
+    assert volumes.nifti_size(nifti("<", 1, offset=-5.0)) == 240
+    (tmp_path / "a.nii").write_bytes(nifti("<", 1, offset=float("nan")) + bytes(240))
+    with pytest.raises(OSError, match=r"^a.nii is a NIfTI file with a damaged header$"):
+        volumes.check_nifti(tmp_path / "a.nii")
 
 
 class TestPacked:
