@@ -24,7 +24,7 @@ def ball(points: Array) -> tuple[Array, float]:
     inverse = np.zeros((d + 2, d + 2))
     inverse[1:-1, 1:-1] = np.eye(d)
     inverse[0, -1] = inverse[-1, 0] = -0.5
-    values, vectors = np.linalg.eig(inverse @ (rows.T @ rows / len(points)))
+    values, vectors = np.linalg.eig(inverse @ rows.T @ rows)
     # one of the values is negative, as one of the constraint's is; the next one is the least cost
     a, *b, c = vectors[:, np.argsort(values.real)[1]].real
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -187,3 +187,25 @@ def test_words_are_completed():
     assert checks.closest_word("Sal", ["mean", "saliency", "all"]) == "saliency"
     assert checks.closest_word("cube", ["auto", "sphere"]) is None
     assert checks.selection("faces", [False, True, True], 3).tolist() == [1, 2]
+
+
+@pytest.mark.parametrize("most", [0.0, 1e-60, 1e60])
+def test_sizes_whose_powers_are_numbers(most):
+    checks.size("data", np.array([[-most, -most / 2, 0.0], [most, most, most]]))
+
+
+def test_sizes_whose_powers_are_none():
+    with pytest.raises(ValueError, match=r"^data must be within 1e-60 and 1e\+60 .*, not be 2e-61 long: choose"):
+        checks.size("data", np.array([[-1e-61, 0.0, 0.0], [1e-61, 0.0, 0.0]]))
+    with pytest.raises(ValueError, match=r"not reach to 1.1e\+60: choose another unit$"):
+        checks.size("data", np.array([[-1.1e60, 0.0, 0.0], [1.0, 0.0, 0.0]]))
+
+
+def test_states_that_were_pickled_are_read_only_again():
+    plain = {"points": np.zeros(3), "unit": "mm"}
+    assert checks.frozen_state(plain) is plain
+    assert not plain["points"].flags.writeable
+    state = checks.frozen_state(checks.picklable_state({"data": {"a": np.zeros(2)}}))
+    assert not state["data"]["a"].flags.writeable
+    with pytest.raises(TypeError):
+        state["data"]["b"] = 1

@@ -121,7 +121,7 @@ def extended_sine(P, Q, N, tolerance=1e-12, most=50):
         TR = np.cos(at) * T0 + np.sin(at) * np.cross(N, T0)
         low, high = 0.0, np.arctan((left - right) / (np.sqrt(q - left**2) + np.sqrt(q - right**2)))
         turned = lambda p: unit(np.cos(p) * N - np.sin(p) * TR)  # noqa: B023, E731
-        while abs(high - low) > 1e-13:
+        while abs(high - low) > 1e-12:
             one, other = low + (high - low) / 3, low + 2 * (high - low) / 3
             if error(P, Q, turned(one)) <= error(P, Q, turned(other)):
                 high = other

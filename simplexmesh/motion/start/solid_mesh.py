@@ -108,7 +108,7 @@ def decimated(vertices: Array, faces: Indices, triangles: int) -> tuple[Array, I
     positions = np.array(vertices, dtype=float, order="C")
     mates = np.array(half_edge_mates(faces), dtype=np.int64).ravel()
     corners = np.array(faces, dtype=np.int64).ravel()
-    for cosine in (MIN_COSINE, -2.0):  # first without turning any triangle far, which keeps thin rods round
+    for cosine in (MIN_COSINE, -np.inf):  # first without turning any triangle far, which keeps thin rods round
         if _kernels_remesh.collapse_shortest(positions, corners, mates, triangles, cosine) <= triangles:
             break
     used, left = np.unique(corners[corners != _kernels_remesh.REMOVED], return_inverse=True)

@@ -42,28 +42,26 @@ class Phase:
     rigidity: int
     reach: float
     iterations: int
-    alpha: float
     beta: float
     damping: float
-    tolerance: float
+    tolerance: float = 5e-4
+    alpha: float = 0.4
     centered: bool = False
 
 
 # Strong smoothing first, then light; little damping, since the slowest part is the tangential motion of vertices to
 # metric parameters of 1/3. A `centered` phase ends with the conformal map that centers the area.
 COARSE_PHASES = (
-    Phase(9, 2.0, 100, 0.5, 0.03, 0.6, 1e-2),
-    Phase(5, 0.8, 60, 0.5, 0.05, 0.6, 1e-2),
-    Phase(3, 0.4, 100, 0.4, 0.1, 0.4, 5e-3),
-    Phase(1, 0.2, 300, 0.4, 0.2, 0.3, 5e-4, centered=True),
+    Phase(9, 2.0, 100, 0.03, 0.6, 1e-2, 0.5),
+    Phase(5, 0.8, 60, 0.05, 0.6, 1e-2, 0.5),
+    Phase(3, 0.4, 100, 0.1, 0.4, 5e-3),
+    Phase(1, 0.2, 300, 0.2, 0.3, centered=True),
 )
 FINE_PHASES = (
-    Phase(3, 0.16, 100, 0.4, 0.2, 0.3, 2e-3),
-    Phase(1, 0.16, 250, 0.4, 0.3, 0.2, 5e-4, centered=True),
-    Phase(1, 0.10, 200, 0.4, 0.4, 0.2, 5e-4, centered=True),
-    Phase(1, 0.10, 200, 0.4, 0.4, 0.2, 5e-4, centered=True),
-    Phase(1, 0.10, 200, 0.4, 0.4, 0.2, 5e-4, centered=True),
-    Phase(1, 0.10, 100, 0.4, 0.4, 0.5, 5e-4),
+    Phase(3, 0.16, 100, 0.2, 0.3, 2e-3),
+    Phase(1, 0.16, 250, 0.3, 0.2, centered=True),
+    *3 * (Phase(1, 0.10, 200, 0.4, 0.2, centered=True),),
+    Phase(1, 0.10, 100, 0.4, 0.5),
 )
 
 

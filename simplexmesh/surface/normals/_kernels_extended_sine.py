@@ -23,9 +23,6 @@ PROBE = 1e-6
 MAX_STEP = 0.7
 """Tangent of the largest tilt in one step."""
 
-SLOW = 0.3
-"""After a step that leaves more than this share of the first harmonic the Jacobian is measured anew."""
-
 
 class Solver(NamedTuple):
     """Which solver, the angle below which the normal's error is small enough, and the most steps."""
@@ -141,28 +138,28 @@ def _set_jacobian(ring, normal, base, now, jacobian):
 def _by_newton(ring, normal, solver):
     """Tilt the normal until the first harmonic vanishes (Broyden 1965); return fits, negative without convergence."""
     base, jacobian, now, then = np.zeros((3, 3)), np.zeros((2, 2)), np.zeros(2), np.zeros(2)
-    size, fits, s, t, fresh = _first_harmonic(ring, normal, base, now), 1, 0.0, 0.0, False
+    size, fits, s, t = _first_harmonic(ring, normal, base, now), 1, 0.0, 0.0
     for _ in range(solver.iterations):
         if size < 0.0:
             return -fits
         if 0.5 * ring.distance * size <= solver.tolerance:
             return fits
-        if not fresh:
-            fits, s, t = fits + 3, 0.0, 0.0
+        if fits == 1:
+            fits += 3
             if not _set_jacobian(ring, normal, base, now, jacobian):
                 return -fits
         det = jacobian[0, 0] * jacobian[1, 1] - jacobian[0, 1] * jacobian[1, 0]
         ds = (jacobian[0, 1] * now[1] - jacobian[1, 1] * now[0]) / det
         dt = (jacobian[1, 0] * now[0] - jacobian[0, 0] * now[1]) / det
         shrink = min(1.0, MAX_STEP / math.sqrt(ds * ds + dt * dt))
-        ds, dt, before = shrink * ds, shrink * dt, size
+        ds, dt = shrink * ds, shrink * dt
         square = ds * ds + dt * dt
-        if not 0.0 < square < 1.0:
+        if not square > 0.0:  # also NaN
             return -fits
         s, t = s + ds, t + dt
         _tilt(base, s, t, normal)
         size = _first_harmonic(ring, normal, base, then)
-        fits, fresh = fits + 1, size <= SLOW * before
+        fits += 1
         for row in range(2):
             error = (then[row] - now[row] - jacobian[row, 0] * ds - jacobian[row, 1] * dt) / square
             jacobian[row, 0] += error * ds

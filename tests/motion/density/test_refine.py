@@ -23,7 +23,7 @@ from simplexmesh.motion.density.face_edits import (
     with_even_faces,
     with_even_metric,
 )
-from simplexmesh.motion.density.redistribute import redistribute_round
+from simplexmesh.motion.density.redistribute import _merge_count, _vertex_schedule, redistribute_round
 from simplexmesh.motion.density.refine import THRESHOLDS, refine_round, refinement_scores
 from simplexmesh.motion.density.refinement import Refined
 from simplexmesh.motion.reconstruct.conversion import as_input
@@ -174,9 +174,30 @@ class TestRound:
     @pytest.mark.parametrize("budget", [0, 1, 2, 9, 10, 47, 200])
     def test_keeps_to_its_budget(self, budget):
         out = refine_round(egg_of(160), sm.targets.Triangles(EGG), reach=0.4, threshold=1e-12, budget=budget)
-        assert budget - 10 < out.inserted <= budget or out.inserted >= egg_of(160).n_faces
+        assert budget - 10 < out.inserted or out.inserted >= egg_of(160).n_faces
         assert out.inserted <= budget
         assert out.mesh.check().ok
+
+    @pytest.mark.parametrize("budget", [*range(5), *range(9, 24)])
+    def test_each_division_is_paid_for(self, budget):
+        """A cut costs two vertices, a ring twice those of its face; cuts come first, by half of what is left."""
+        mesh = sm.sphere(4)
+        sizes = mesh.connectivity.face_sizes
+        pentagons = np.flatnonzero(sizes == 5)
+        beside = np.unique(mesh.connectivity.vertex_faces[(mesh.connectivity.vertex_faces == pentagons[0]).any(axis=1)])
+        hexagon = np.flatnonzero((sizes == 6) & ~np.isin(np.arange(sizes.size), beside))[:1]
+        edit, grow = EditableMesh(mesh), np.ones(sizes.size, bool)
+        cuts, rings = divide_faces(edit, mesh, np.concatenate([hexagon, pentagons[:2]]), budget, grow)
+        assert (cuts, rings) == (min(1, budget // 2), min(2, max(budget - 2, 0) // 10))
+        assert edit.result().mesh.n_vertices == mesh.n_vertices + 2 * cuts + 10 * rings
+
+    def test_a_ring_needs_all_its_neighbors_to_grow(self):
+        mesh = sm.sphere(4)
+        c, face = mesh.connectivity, int(np.argmin(mesh.connectivity.face_sizes))
+        around = np.setdiff1d(c.vertex_faces[(c.vertex_faces == face).any(axis=1)], [face])
+        for frozen in around:
+            edit, grow = EditableMesh(mesh), np.arange(c.face_sizes.size) != frozen
+            assert divide_faces(edit, mesh, np.array([face]), 100, grow) == (0, 0)
 
     def test_tangled_faces_are_left_alone(self):
         vertices = np.array(egg_of(160).vertices)
@@ -316,6 +337,25 @@ class TestZones:
 
 
 class TestRedistribute:
+    @pytest.mark.parametrize(
+        ("start", "wanted", "steps"), [(100, 125, 1), (100, 126, 2), (100, 88, 1), (100, 87, 2), (100, 1000, 11)]
+    )
+    def test_numbers_grow_by_a_quarter_and_shrink_by_an_eighth_at_most(self, start, wanted, steps):
+        schedule = _vertex_schedule(start, wanted, 3)
+        assert len(schedule) == steps + 3
+        assert schedule[steps - 1 :] == 4 * [wanted]
+        ratios = np.array(schedule[:steps]) / [start, *schedule[: steps - 1]]
+        np.testing.assert_allclose(ratios, (wanted / start) ** (1 / steps), rtol=0.01)
+
+    def test_no_more_is_merged_than_pays(self):
+        merged, highest = np.array([1.0, 2, 3, 4, 5]), np.array([10.0, 9, 8, 7, 6])
+        assert _merge_count(merged, highest, 0) == 3  # 3 is below half of 8, 4 is not below half of 7
+        assert _merge_count(merged, highest, -1) == 1 + 2  # the first must go; 2 and 3 for 10 and 9, 4 not for 8
+        assert _merge_count(merged, highest, 2) == 2  # the two highest are divided anyhow
+        assert _merge_count(merged, 9 * highest, -2) == 5
+        assert _merge_count(merged, highest, -9) == 5
+        assert _merge_count(merged, highest[:0], 0) == 0
+
     @pytest.mark.parametrize("wanted", [200, 400, 402, 900])
     def test_reaches_the_number_requested(self, wanted):
         out = sm.redistribute(egg_of(400), EGG, vertices=wanted)

@@ -94,6 +94,22 @@ def crossings(mask):
     return found[:, :3], found[:, 3].astype(int)
 
 
+def outward(mask, places, axes):
+    """Unit directions away from the samples inside around each crossing; along its axis where these tell little."""
+    padded, out = np.pad(mask.astype(bool), 4), []
+    for place, axis in zip(places + 4, axes, strict=True):
+        low, high = np.floor(place).astype(int), np.ceil(place).astype(int)
+        box = tuple(slice(a - 1, b + 2) for a, b in zip(low, high, strict=True))
+        around = np.argwhere(padded[box]) + low - 1
+        direction = (place - around).sum(axis=0)
+        side = 1.0 if padded[tuple(low)] else -1.0
+        size = np.linalg.norm(direction)
+        if side * direction[axis] < 0.3 * size or size == 0:
+            direction[axis] = side * max(size, 1.0)
+        out.append(direction / np.linalg.norm(direction))
+    return np.array(out)
+
+
 def boundary_criteria(points, rows, near, normals=None):
     """Normals of the planes through the neighbors, their largest angular gap there, and the offset of their mean."""
     offsets = points[near] - points[rows][:, None]

@@ -107,6 +107,7 @@ def test_crossings_are_those_between_unlike_neighbors(seed):
     order, wanted = np.lexsort([*places.T]), np.lexsort([*expected.T])
     np.testing.assert_array_equal(places[order], expected[wanted])
     np.testing.assert_allclose(spread[order], np.eye(3)[axes[wanted]] / np.sqrt(12))
+    np.testing.assert_allclose(normals[order], naive.outward(mask, expected, axes)[wanted], atol=1e-12)
     along = np.take_along_axis(normals, np.argmax(spread, axis=1)[:, None], axis=1)[:, 0]
     padded = np.pad(mask, 1)
     step = np.eye(3)[np.argmax(spread, axis=1)] * np.sign(along)[:, None]

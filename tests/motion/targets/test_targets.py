@@ -158,6 +158,61 @@ def test_the_interpolant_is_the_naive_one(seed):
     assert_allclose(ours, reference.trilinear(volume.values, index, volume.range[0]), atol=1e-12)
 
 
+@pytest.mark.parametrize("inside", ["above", "below"])
+def test_the_slope_is_that_of_the_interpolant(inside):
+    rng = np.random.default_rng(0)
+    field = sm.targets.Isosurface(sm.Volume(rng.normal(size=(4, 5, 6))), 0.1, inside=inside)._field
+    known = 0
+    for place, along in zip(rng.uniform(-0.7, [3.7, 4.7, 5.7], (120, 3)), rng.normal(size=(120, 3)), strict=True):
+        at = tuple(place - 0.5 * along), tuple(along)
+        value, slope = _kernels_volume._value_and_slope(field, *at, 0.5)
+        if (place < 0).any() or (place >= [3, 4, 5]).any():
+            assert np.isnan(value)
+            assert np.isnan(slope)
+        elif (np.abs(place - np.rint(place)) > 1e-4).all():
+            known += 1
+            before, here, after = (_kernels_volume.field_value(field, *at, 0.5 + step) for step in (-1e-6, 0, 1e-6))
+            assert_allclose([value, slope], [here, (after - before) / 2e-6], rtol=1e-6, atol=1e-8)
+    assert known > 40
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_crossing_nearby_is_found_by_newtons_method(turned):
+    """Of a field that falls by two a sample from 5 at the first, and so is 1 at the third."""
+    values = np.broadcast_to((5 - 2 * np.arange(9.0))[:, None, None], (9, 4, 4)).copy()
+    if turned:
+        values = np.swapaxes(values, 0, 2).copy()
+    field = sm.targets.Isosurface(sm.Volume(values), 1.0)._field
+
+    def found(at, step, most):
+        place, along = (at, 1.5, 1.3), (step, 0.1, 0.0)
+        return _kernels_volume._nearby(field, place[::-1] if turned else place, along[::-1] if turned else along, most)
+
+    for at in (0.5, 1.9, 2.0, 2.3, 4.0):
+        assert found(at, 1.0, 2.1) == pytest.approx(2 - at, abs=1e-12)
+        assert found(at, 2.0, 2.1) == pytest.approx((2 - at) / 2, abs=1e-12)
+        assert np.isnan(found(at, -1.0, 2.1))  # from outside to inside
+    assert np.isnan(found(0.5, 1.0, 1.4))
+    assert np.isnan(found(4.0, 1.0, 1.9))
+    assert np.isnan(found(8.5, 1.0, 9.0))
+
+
+def test_a_line_is_within_the_volume_between_its_passages():
+    rng = np.random.default_rng(1)
+    field = sm.targets.Isosurface(sm.Volume(rng.normal(size=(4, 5, 6))), 0.0)._field
+    misses = 0
+    for place, along in zip(rng.uniform(-4, 9, (60, 3)), rng.normal(size=(60, 3)), strict=True):
+        along[rng.uniform(size=3) < 0.2] = 0.0
+        far = np.linspace(-9, 9, 1201)
+        at = place + far[:, None] * along
+        within = ((at > -1) & (at < [4, 5, 6])).all(axis=1)
+        first, last = _kernels_volume._passage(field, tuple(place), tuple(along))
+        expected = (far > first + 1e-9) & (far < last - 1e-9)
+        assert (within == expected).mean() > 0.998
+        misses += not within.any()
+    assert 5 < misses < 55
+
+
 @given(seed=SEEDS)
 @settings(max_examples=10, deadline=None)
 def test_the_search_finds_what_fine_sampling_finds(seed):

@@ -269,7 +269,7 @@ def test_a_phase_does_no_more_iterations_than_it_has(monkeypatch):
     monkeypatch.setattr(sphere_fitting.DeformableModel, "step", lambda model: [steps.append(model), step(model)][1])
     mesh, target = sphere_domain(3).mesh, sm.targets.Triangles(sm.sphere(6, radius=1.3).triangulated())
     box = sphere_fitting.Box.around(mesh.vertices)
-    sphere_fitting._run_phase(mesh, 3, target, sphere_fitting.Phase(1, 1.0, 23, 0.4, 0.2, 0.6, 0.0), box, 3)
+    sphere_fitting._run_phase(mesh, 3, target, sphere_fitting.Phase(1, 1.0, 23, 0.2, 0.6, 0.0), box, 3)
     assert len(steps) == 23
 
 

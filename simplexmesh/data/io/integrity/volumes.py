@@ -143,7 +143,10 @@ def check_nifti(path: Path) -> None:
             head = stream.read(352)
     except (zlib.error, EOFError):
         raise OSError(f"{path.name} has damaged compressed samples") from None
-    wanted = nifti_size(head)
+    try:
+        wanted = nifti_size(head)
+    except ValueError:  # NaN for a place
+        raise OSError(f"{path.name} is a NIfTI file with a damaged header") from None
     if is_nifti_pair(head):
         _check_pair(path, wanted)
     elif not zipped:

@@ -62,11 +62,9 @@ def jet_of(x, frame):
     e, f, h = 1.0 + p * p, p * q, 1.0 + q * q
     a, b = (r * h - s * f) / g, (s * h - t * f) / g
     c, d = (s * e - r * f) / g, (t * e - s * f) / g
-    half, largest = 0.5 * (a + d), 0.5 * (a + d) + amplitude
+    largest = 0.5 * (a + d) + amplitude
     # eigenvector of [[a, b], [c, d]], from the row of the larger entries
-    if abs(a - half) + abs(b) == 0.0 and abs(c) == 0.0:
-        first, second = 1.0, 0.0
-    elif abs(largest - a) + abs(b) > abs(largest - d) + abs(c):
+    if abs(largest - a) + abs(b) > abs(largest - d) + abs(c):
         first, second = b, largest - a
     else:
         first, second = largest - d, c

@@ -1,0 +1,152 @@
+"""The end of a reconstruction alone: distances, what is enclosed or bare, and when what is said of poor models."""
+
+from __future__ import annotations
+
+import warnings
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import simplexmesh as sm
+from simplexmesh.motion.reconstruct import measure
+
+
+def run(n_holes=0, components="largest", dropped=0):
+    found = SimpleNamespace(components_dropped=dropped)
+    return SimpleNamespace(
+        mesh=SimpleNamespace(n_holes=n_holes), data=SimpleNamespace(components=components), found=found
+    )
+
+
+def said(*arguments):
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        measure._warn_of_poor_fit(*arguments)
+    return [str(each.message) for each in caught]
+
+
+def test_a_quarter_of_the_model_and_a_twentieth_of_the_data_may_be_far():
+    assert said(run(), 0.24, 0.049) == []
+    far, missed = said(run(), 0.26, 0.051)
+    assert far == "26% of the model is far from any data; where the data is an open surface, give init='plane'"
+    assert missed == "5% of the data is far from the model; more vertices or another start may reach it"
+
+
+def test_hints_are_of_what_may_help():
+    assert said(run(n_holes=1), 0.26, 0.0) == ["26% of the model is far from any data"]
+    lost = "6% of the data is far from the model; components='all' keeps all its pieces"
+    assert said(run(dropped=1), 0.0, 0.06) == [lost]
+    for other in (run(components="all", dropped=1), run(dropped=0)):
+        assert said(other, 0.0, 0.06) != [lost]
+
+
+def test_shares_are_of_area():
+    tube = sm.cylinder(12, 9, height=3.0)
+    assert measure.share_of_area(tube, np.ones(tube.n_vertices, bool)) == 1
+    assert measure.share_of_area(tube, tube.vertices[:, 2] > 0) == pytest.approx(0.5)
+    ring = sm.torus(24, 12, radius=1.0, tube_radius=0.5)  # its outer half has the share 1/2 + r / (pi R)
+    outer = np.hypot(*ring.vertices[:, :2].T) > 1
+    assert measure.share_of_area(ring, outer) == pytest.approx(0.5 + 0.5 / np.pi, abs=0.02)
+
+
+@pytest.mark.parametrize("count", [measure.MOST_POINTS, measure.MOST_POINTS + 1])
+def test_of_very_many_points_some_are_drawn_once_each(count):
+    points = np.arange(3.0 * count).reshape(-1, 3)
+    found = measure.drawn_points(SimpleNamespace(points=points))
+    assert len(np.unique(found[:, 0])) == measure.MOST_POINTS
+    assert set(found[:, 0]) <= set(points[:, 0])
+
+
+def test_a_lid_is_over_open_points_only():
+    ball, cloud = sm.sphere(3), type("Cloud", (), {"border": None})()
+    assert measure.has_lid(cloud, ball, measure.LEAST_BARE)
+    assert not measure.has_lid(cloud, ball, 0.99 * measure.LEAST_BARE)
+    assert not measure.has_lid(cloud, sm.cylinder(6, 4), 1.0)
+    assert not measure.has_lid(SimpleNamespace(), ball, 1.0)  # a target of the caller's own
+
+
+@pytest.mark.parametrize(("wanted", "accepted", "said_of"), [(0, True, False), (1, True, True), (1, False, False)])
+def test_missing_handles(wanted, accepted, said_of):
+    surface = sm.torus(8, 6) if wanted else sm.sphere(3)
+    message = measure.genus_message(surface, sm.sphere(4), [SimpleNamespace(accepted=accepted)])
+    expected = "the data has genus 1, the model has 0; init='auto' finds all its handles"
+    assert message == (expected if said_of else "")
+
+
+BALL = sm.sphere(6)
+
+
+def measured(gaps, points, *, reach=0.2, layered=False, closes=False, border=False):
+    """What a run holds after its mesh, a ball, was measured, and the warnings."""
+    gap = {"gap": staticmethod(lambda vertices, normals, reach: gaps.copy())} | ({"border": None} if border else {})
+    told = []
+    run = SimpleNamespace(
+        report=lambda share, message: told.append((share, message)),
+        mesh=BALL,
+        stages=[SimpleNamespace(reach=9.0), SimpleNamespace(reach=reach)],
+        data=SimpleNamespace(points=points, layered=layered, components="all"),
+        target=type("Given", (), gap)(),
+        options=SimpleNamespace(closes=closes, holes="none"),
+        surface=None,
+        tangled=0,
+        found=None,
+    )
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        measure.measure(run)
+    assert told == [(0.95, "measuring"), (1.0, "done")]
+    return run, [str(each.message) for each in caught]
+
+
+class TestMeasuring:
+    def test_distances_are_gaps_or_else_those_of_the_nearest_point(self):
+        gaps = np.linspace(-0.1, 0.08, BALL.n_vertices)
+        gaps[7] = np.nan
+        run, told = measured(gaps, 1.3 * BALL.vertices)
+        expected = np.abs(gaps)
+        expected[7] = 0.3
+        found = run.distance.mesh_to_data
+        np.testing.assert_allclose(run.mesh.data["distance"], expected)
+        np.testing.assert_allclose([found.mean, found.max], [expected.mean(), 0.3])
+        np.testing.assert_allclose(found.rms, np.sqrt((expected**2).mean()))
+        np.testing.assert_allclose(run.distance.data_to_mesh.mean, 0.3, atol=0.03)
+        assert told == ["100% of the data is far from the model; more vertices or another start may reach it"]
+        assert run.bare == 0
+
+    @pytest.mark.parametrize(("layered", "reach"), [(True, 0.05), (False, 0.05)])
+    def test_points_enclosed_are_told_apart(self, layered, reach):
+        """Those deeper than the reach in data of layers, elsewhere only beyond any noise, 0.04 of the diagonal."""
+        points = np.concatenate([BALL.vertices, np.outer([0.0, 0.5, 0.85, 0.99, 3.0], [1, 0, 0])])
+        run, told = measured(np.zeros(BALL.n_vertices), points, reach=reach, layered=layered)
+        enclosed = [1, 0.5, 0.15] if layered else [1, 0.5]
+        diagonal = np.linalg.norm(np.ptp(points, axis=0))
+        assert 0.15 < measure.FAR * diagonal < 0.5
+        found = run.distance.enclosed
+        np.testing.assert_allclose([found.mean, found.max], [np.mean(enclosed), 1], atol=0.03)
+        assert told == []
+
+    def test_a_model_half_of_which_is_bare(self):
+        gaps = np.where(BALL.vertices[:, 2] > 0, 0.9, 0.3)
+        run, told = measured(gaps, BALL.vertices)
+        assert run.bare == pytest.approx(0.5, abs=0.03)  # some vertices are on the equator
+        assert len(told) == 1
+        assert told[0].startswith("100% of the model is far from any data; where")
+        for closes, border in ((True, False), (False, True)):
+            assert measured(gaps, BALL.vertices, closes=closes, border=border)[1] == told
+        _, lid = measured(gaps, BALL.vertices, closes=True, border=True)
+        assert len(lid) == 1
+        share = f"{run.bare:.0%} of its area has no data nearby"
+        assert f"the model closes it: {share}; holes='auto' leaves it open" in lid[0]
+
+
+def test_nothing_is_put_back_in_what_began_far_from_the_data_or_did_not_move():
+    for init, iterations in (("sphere", 9), ("auto", 0)):
+        run = SimpleNamespace(
+            options=SimpleNamespace(init=init),
+            stages=[SimpleNamespace(iterations=9), SimpleNamespace(iterations=iterations)],
+        )
+        measure.restore(run)  # would need the data
+    run.stages[-1].iterations = 1
+    with pytest.raises(AttributeError):
+        measure.restore(run)
