@@ -45,15 +45,18 @@ def found_one_by_one(work: Working, limits: Limits, rng: np.random.Generator, re
     alive = np.ones(len(work.points), bool)
     pool: list[Grown] = []
     out: list[Grown] = []
-    barren, patience = 0, np.inf
-    while alive.sum() >= limits.fewest and barren < min(patience, MOST_SEEDS):
+    barren = 0
+    while alive.sum() >= limits.fewest:
         free = np.flatnonzero(alive)
         able = free[work.smooth[free] & (alive[work.near[free]].mean(axis=1) > TOGETHER)]
         if len(able) < limits.fewest:
             break
         patience = np.log(MISSED) / np.log1p(-min(limits.fewest / len(able), 0.9))
-        pool += hypotheses(work, alive, rng.choice(able, min(BATCH, len(able)), replace=False), limits)
-        barren += BATCH
+        if barren < min(patience, MOST_SEEDS):
+            pool += hypotheses(work, alive, rng.choice(able, min(BATCH, len(able)), replace=False), limits)
+            barren += BATCH
+        elif not pool:
+            break
         pool.sort(key=lambda each: -each.evidence)
         best = None
         for each in [each for each in pool[:TRIED] if gathers(work, each, alive)]:
@@ -83,7 +86,7 @@ def hypotheses(work: Working, alive: Mask, seeds: Indices, limits: Limits) -> li
     out = []
     for seed in seeds:
         near = free[tree.query(work.points[seed], k=count)[1]]
-        found = patch(work.points, work.normals, near, work.noise, limits)
+        found = patch(work, near, limits)
         if found is not None:
             out.append(grown_once(work, found, alive, near[:LEAST]))
     return [each for each in out if len(each.members) >= min(limits.fewest, LEAST) // 2]

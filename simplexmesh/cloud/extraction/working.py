@@ -14,13 +14,10 @@ MOST = 100_000
 """Points that shapes are looked for in; all points are labelled in the end."""
 
 NEIGHBORS = 16
-"""Of each point, itself the first: over them shapes grow."""
+"""Of each point, itself the first: over them shapes grow, and their plane is that of its normal."""
 
-AROUND = 32
-"""Neighbors of normals where noise is large beside the distances between points."""
-
-NOISY = 0.3
-"""Noise in distances between points from which on normals have more neighbors."""
+FINE, NOISY = 0.1, 0.3
+"""Noise in distances between points below which half as many neighbors tell a normal, above which twice as many."""
 
 SAMPLED = 3000
 """Points whose surroundings tell the noise."""
@@ -43,7 +40,10 @@ FLAT = 0.12
 
 @dataclass(frozen=True, eq=False)
 class Working:
-    """Points (n, 3) of unit size, neighbors (n, k), normals (n, 3), what is smooth, deviations from planes."""
+    """Points (n, 3) of unit size, neighbors (n, k), normals (n, 3), what is smooth, deviations from planes.
+
+    They are fine if noise is so small that few points tell a normal, and half as many a primitive.
+    """
 
     points: Array
     near: Indices
@@ -52,6 +52,7 @@ class Working:
     rough: Array
     spacing: float
     noise: float
+    fine: bool
 
 
 def working(points: Array, noise: float | None, rng: np.random.Generator) -> Working:
@@ -63,13 +64,14 @@ def working(points: Array, noise: float | None, rng: np.random.Generator) -> Wor
     distance, near = tree.query(points, k=count, workers=-1)
     spacing = spacing_within(distance[:, -1], count)
     deviation = noise if noise is not None else max(measured_noise(points, tree, rng), FLOOR * spacing)
-    wide = near
-    if deviation > NOISY * spacing and len(points) > 2 * AROUND:
-        wide = tree.query(points, k=AROUND, workers=-1)[1]
+    fine = deviation < FINE * spacing
+    wide = near[:, : NEIGHBORS // 2] if fine else near
+    if deviation > NOISY * spacing and len(points) > 4 * NEIGHBORS:
+        wide = tree.query(points, k=2 * NEIGHBORS, workers=-1)[1]
     normals, variance, _ = fitted(points, wide)
     spread = np.mean(np.square(points[wide] - points[:, None]).sum(axis=2), axis=1)
     smooth = variance <= FLAT * spread
-    return Working(points, near, normals, smooth, np.sqrt(variance), spacing, deviation)
+    return Working(points, near, normals, smooth, np.sqrt(variance), spacing, deviation, fine)
 
 
 def measured_noise(points: Array, tree: cKDTree, rng: np.random.Generator) -> float:
