@@ -74,7 +74,7 @@ def found_one_by_one(work: Working, limits: Limits, rng: np.random.Generator, re
         report(0.1 + 0.7 * (1 - float(alive.mean())), "finding primitives")
         barren = 0
         alive[taken(work, best)] = False
-        pool = [each for each in (renewed(work, each, alive) for each in pool) if len(each.members) >= limits.fewest]
+        pool = [each for each in (renewed(each, alive) for each in pool) if len(each.members) >= limits.fewest]
     return out
 
 
@@ -123,7 +123,7 @@ def taken(work: Working, found: Grown) -> Indices:
     return about[close]
 
 
-def renewed(work: Working, each: Grown, alive: Mask) -> Grown:
+def renewed(each: Grown, alive: Mask) -> Grown:
     """Return a candidate with those of its points that are left."""
     left = each.members[alive[each.members]]
     share = len(left) / max(len(each.members), 1)
