@@ -72,6 +72,12 @@ def test_parts_are_found_when_nothing_is_told(data_folder, name, least):
 
 
 @pytest.mark.data
+def test_small_caps_are_found_beside_what_is_of_no_kind(data_folder):
+    out = sm.extract_primitives(sm.read_points(data_folder / "abc_00949.xyzc"), rng=1)  # its oblique pipe is elliptic
+    assert sum(each.kind == "plane" for each in out.primitives) >= 10  # of 6 faces and 5 caps
+
+
+@pytest.mark.data
 def test_dimensions_of_a_fixture(data_folder):
     points = sm.read_points(data_folder / "cyl_fixture.ply").points
     away = np.hypot(points[:, 0] - 49, points[:, 1] - 52)
