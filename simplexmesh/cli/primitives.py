@@ -175,7 +175,10 @@ def _write(found: Any, targets: dict[str, Path], labelled: Any) -> None:
     for option, target in targets.items():
         with report.written_to(target, "the file"):
             if option == "--mesh":
-                as_triangles(found.to_pyvista()).save(target)
+                surface = found.to_pyvista()
+                if not surface.n_cells:
+                    raise ValueError("nothing was found of which --mesh could write the surface")
+                as_triangles(surface).save(target)
             else:
                 (labelled if option == "--labelled" else found).save(target)
 

@@ -15,19 +15,25 @@ from simplexmesh.data.volume import Volume
 
 
 def as_data(value: Any, name: str = "data") -> Any:
-    """Return a Volume, PointCloud, TriangleMesh or SimplexMesh from any of them, a path, arrays, or other objects."""
-    if isinstance(value, Volume | TriangleMesh) or _is_simplex_mesh(value):
+    """Return a Volume, PointCloud, TriangleMesh or SimplexMesh from any of them, a path, arrays, or other objects.
+
+    Duplicates among points are merged.
+    """
+    found = as_given(value, name)
+    return found.merged() if isinstance(found, PointCloud) else found
+
+
+def as_given(value: Any, name: str = "data") -> Any:
+    """Return the same with all points as they were given, duplicates too."""
+    if isinstance(value, Volume | PointCloud | TriangleMesh) or _is_simplex_mesh(value):
         return value
-    if isinstance(value, PointCloud):
-        return value.merged()
     if isinstance(value, str | os.PathLike):
         from simplexmesh.data.io.reading import read
 
-        found = read(value)
-        return found.merged() if isinstance(found, PointCloud) else found
+        return read(value)
     found = converted(value, name)
     if found is not None:
-        return found.merged() if isinstance(found, PointCloud) else _welded(found)
+        return _welded(found)
     if _is_pair(value, name):
         return TriangleMesh(*value)
     if isinstance(value, np.ndarray | list | tuple) or hasattr(value, "__array__"):
@@ -76,9 +82,9 @@ def _from_array(value: Any, name: str) -> Volume | PointCloud:
     if array.ndim == 3:
         return Volume(array)
     if array.ndim == 2 and array.shape[1] == 3:
-        return PointCloud(array).merged()
+        return PointCloud(array)
     if array.ndim == 2 and array.shape[1] == 6:
-        return PointCloud(array[:, :3], array[:, 3:]).merged()
+        return PointCloud(array[:, :3], array[:, 3:])
     raise ValueError(
         f"{name} must have shape (*, 3) for points, (*, 6) with normals or (nx, ny, nz) for a volume, not {array.shape}"
     )

@@ -15,6 +15,12 @@ from simplexmesh._base.errors import counted, warn
 from simplexmesh._base.named_arrays import Data, Located, joined, named_arrays, taken
 from simplexmesh._base.units import common_unit, unit_or_none
 
+COARSE = 1e-4
+"""Steps of coordinates, in the extent of the cloud, that are told: in a plant of ten meters a millimeter."""
+
+SOME = 1000
+"""Points whose digits are looked at."""
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PointCloud(Located):
@@ -205,3 +211,19 @@ def _frozen_points(points: Array, given: Any) -> Array:
     if points is given and points.flags.c_contiguous and not _is_writable(points):
         return points
     return checks.frozen(points)
+
+
+def warn_of_steps(points: Array) -> None:
+    """Warn if points (n, 3) have been 32-bit numbers far from the origin, which has put them on a coarse grid."""
+    if not len(points):
+        return
+    extent = float(np.ptp(points, axis=0).max())
+    few = points[:: -(-len(points) // SOME)]
+    with np.errstate(all="ignore"):
+        step = float(np.spacing(np.float32(np.abs(points).max())))
+        coarse = step > COARSE * extent and (few == few.astype(np.float32)).all() and (few % (16 * step)).any()
+    if coarse:
+        warn(
+            f"the points are on a grid of {step:g}, as 32-bit numbers are so far from the origin: "
+            "shift them to it before they are stored as such"
+        )

@@ -7,8 +7,10 @@ import signal
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 import simplexmesh as sm
+from simplexmesh.cloud.extraction.working import on_curve
 
 
 def test_three_points_do_not_tell_a_kind():
@@ -40,6 +42,8 @@ def pipe(count=2000, at=(0.0, 0.0, 0.0)):
         sm.extract_primitives,
         sm.extract_pipes,
         lambda points: sm.follow_pipe(points, points[0]),
+        sm.fit_circle,
+        lambda points: sm.reconstruct(points, vertices=100),
     ],
 )
 def test_coordinates_that_lost_digits_are_told(found):
@@ -81,12 +85,43 @@ def test_a_file_that_cannot_be_written_is_as_it_was(tmp_path, monkeypatch):
         line.save(tmp_path / "nowhere" / "pipes.json")
 
 
+CURVES = {
+    "line": lambda t: np.outer(t, [100, 200, 300]),
+    "ring": lambda t: np.stack([np.cos(2 * np.pi * t), np.sin(2 * np.pi * t), 0 * t], axis=1),
+    "helix": lambda t: np.stack([np.cos(20 * t), np.sin(20 * t), 2 * t], axis=1),
+}
+
+
+@pytest.mark.parametrize("noise", [0, 0.003])
 @pytest.mark.parametrize("count", [300, 20_000])
-def test_a_line_of_points_is_no_surface(count):
+@pytest.mark.parametrize("name", CURVES)
+def test_points_on_a_curve_are_no_surface(name, count, noise):
     rng = np.random.default_rng(0)
-    noisy = np.outer(np.linspace(0, 100, count), [1, 2, 3.0]) + 0.01 * rng.normal(size=(count, 3))
-    with pytest.raises(ValueError, match=r"^cloud must be of surfaces, but its points are on a line$"):
-        sm.extract_primitives(noisy)
+    points = CURVES[name](np.linspace(0, 1, count, endpoint=False)) + noise * rng.normal(size=(count, 3))
+    for find in (sm.extract_primitives, sm.extract_pipes):
+        with pytest.raises(ValueError, match=r"^cloud must be of surfaces, but its points are on a curve$"):
+            find(points)
+
+
+def test_lines_of_a_scanner_are_a_surface():
+    along, across = np.meshgrid(np.arange(0, 1, 1e-3), np.arange(0, 1, 0.03))
+    points = np.stack([along.ravel(), across.ravel(), 0 * along.ravel()], axis=1)
+    assert not on_curve(points, cKDTree(points))
+
+
+def test_a_list_of_points_has_a_label_for_each(tmp_path):
+    points = np.repeat(pipe(500), 2, axis=0)
+    sm.PointCloud(points).save(tmp_path / "twice.ply")
+    for given in (points, points.tolist(), tmp_path / "twice.ply", sm.PointCloud(points)):
+        assert len(sm.extract_primitives(given).labels) == 1000
+
+
+@pytest.mark.parametrize("find", [sm.extract_primitives, sm.extract_pipes])
+def test_what_is_done_is_told_to_the_end(find):
+    said = []
+    find(pipe(500), progress=lambda fraction, _: said.append(fraction))
+    assert said == sorted(said)
+    assert said[-1] == 1
 
 
 def test_how_it_was_fitted_cannot_be_changed():

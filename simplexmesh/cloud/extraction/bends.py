@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from simplexmesh._base.arrays import Array, Indices, Mask
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import cross, dot, norm, normalized
 from simplexmesh.cloud.extraction.growth import ASLANT, DECISIVE, WIDE, WITHIN
 from simplexmesh.cloud.extraction.patches import Limits, refined
@@ -66,9 +66,7 @@ class Bend:
     members: Indices
 
 
-def proposed(
-    work: Working, primitives: list[Primitive], members: list[Indices], limits: Limits, free: Mask
-) -> list[Bend]:
+def proposed(work: Working, primitives: list[Primitive], members: list[Indices], limits: Limits) -> list[Bend]:
     """Return the bends between cylinders, at most one at each end of each, the one of the most evidence first."""
     tree = cKDTree(work.points)
     pipes = [k for k, each in enumerate(primitives) if isinstance(each, Cylinder)]

@@ -27,10 +27,6 @@ FEWEST = 50
 """... but no fewer than these, which tell a torus from noise."""
 
 
-SPREAD, THIN = 10_000, 1.2
-"""Points that are asked whether they are on a line, and their deviation across it, in their noise, up to which."""
-
-
 def extract_primitives(
     cloud: Any,
     *,
@@ -77,7 +73,7 @@ def extract_primitives(
     Raises
     ------
     ValueError
-        Fewer than 24 different points, points on a line, NaN, an unknown kind, limits that leave no radius.
+        Fewer than 24 different points, points on a curve, NaN, an unknown kind, limits that leave no radius.
     TypeError
         What is no cloud, kinds that are no names, progress that is neither True nor False nor a function.
 
@@ -121,9 +117,6 @@ def extract_primitives(
         report(0.0, "looking at the points")
         unit = (points - middle) / size
         work = working(unit, None if deviation is None else deviation / size, generator)
-        some = work.points[:: -(-len(work.points) // SPREAD)]
-        if np.linalg.eigvalsh(np.cov(some.T))[1] <= (THIN * work.noise) ** 2:
-            raise ValueError("cloud must be of surfaces, but its points are on a line")
         share = len(work.points) / len(points)
         count = max(FEWEST, SHARE * len(points)) if wanted is None else wanted
         limits = Limits(
@@ -134,6 +127,7 @@ def extract_primitives(
         state = together(work, found, limits, generator)
         report(0.9, "labelling all points")
         labels = labelled(work, state, unit)
+        report(1.0, "labelling all points")
     return _finished(given, work, state, labels, inverse, middle, size, generator)
 
 

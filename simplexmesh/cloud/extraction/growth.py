@@ -122,8 +122,8 @@ def margin(work: Working, one: Grown, other: Grown) -> float:
 
 def candidates(work: Working, now: Grown, wide: Indices, limits: Limits, rng: np.random.Generator) -> list[Primitive]:
     """Return what a primitive may turn out to be: it refined, and other kinds through its points and those about."""
-    near = thinned(now.members, rng)
-    about = thinned(wide, rng)
+    near = thinned(now.members, FITTED, rng)
+    about = thinned(wide, FITTED, rng)
     scale = WITHIN * now.noise
     out = [refined(now.primitive, work.points[near], scale)]
     for kind in (kind for kinds in AFTER[now.primitive.kind] for kind in kinds):
@@ -137,6 +137,6 @@ def candidates(work: Working, now: Grown, wide: Indices, limits: Limits, rng: np
     return [each for each in out if limits.allow(each, size)]
 
 
-def thinned(members: Indices, rng: np.random.Generator) -> Indices:
-    """Return some of the points at random."""
-    return members if len(members) <= FITTED else rng.choice(members, FITTED, replace=False)
+def thinned(members: Indices, most: int, rng: np.random.Generator) -> Indices:
+    """Return at most so many of the points, at random."""
+    return members if len(members) <= most else rng.choice(members, most, replace=False)

@@ -11,7 +11,7 @@ from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.cloud.extraction._kernels_growth import settle
 from simplexmesh.cloud.extraction.bends import FITTED, STEPS, Bend, Run, proposed, runs
-from simplexmesh.cloud.extraction.growth import ASLANT, DECISIVE, WITHIN, Grown, fits
+from simplexmesh.cloud.extraction.growth import ASLANT, DECISIVE, WITHIN, Grown, fits, thinned
 from simplexmesh.cloud.extraction.patches import Limits, refined
 from simplexmesh.cloud.extraction.working import Working
 from simplexmesh.data.primitives import Primitive
@@ -67,7 +67,7 @@ def together(work: Working, found: list[Grown], limits: Limits, rng: np.random.G
     primitives, members = [each.primitive for each in found], [each.members for each in found]
     bends = []
     if "torus" in limits.kinds and "cylinder" in limits.kinds:
-        bends = proposed(work, primitives, members, limits, labels < 0)
+        bends = proposed(work, primitives, members, limits)
     joined = runs(work, primitives, members, bends)
     noises = [*(each.noise for each in found), *([work.noise] * len(bends))]
     state = Parts([*primitives, *([None] * len(bends))], bends, labels, noises)  # type: ignore[list-item]
@@ -79,7 +79,7 @@ def together(work: Working, found: list[Grown], limits: Limits, rng: np.random.G
         settled(work, state)
         state = without_superfluous(work, state, limits)
         settled(work, state)
-        refit(work, state, limits, rng)
+        refit(work, state, rng)
     settled(work, state)
     return without_superfluous(work, state, limits)
 
@@ -174,14 +174,14 @@ def chosen(state: Parts, kept: Mask) -> Parts:
     return Parts([state.primitives[k] for k in order], bends, place[state.labels], [state.noises[k] for k in order])
 
 
-def refit(work: Working, state: Parts, limits: Limits, rng: np.random.Generator) -> None:
+def refit(work: Working, state: Parts, rng: np.random.Generator) -> None:
     """Fit all primitives to their points: pipes and bends as one, the others by themselves."""
     members = state.members()
     joined = runs(work, state.primitives, members, state.bends)
     bound: set[int] = set()
     for run in joined:
         numbers = [*run.pipes, *(state.first_bend + k for k in run.bends)]
-        some = np.concatenate([thin(members[k], FITTED, rng) for k in numbers])
+        some = np.concatenate([thinned(members[k], FITTED, rng) for k in numbers])
         chain = refined(run.chain, work.points[some], WITHIN * work.noise, STEPS)
         put(state, replace(run, chain=chain))
         for corner, k in zip(chain.corners[1:-1], run.bends, strict=True):
@@ -190,10 +190,5 @@ def refit(work: Working, state: Parts, limits: Limits, rng: np.random.Generator)
             state.bends[k] = replace(state.bends[k], radius=float(radius))
         bound |= set(numbers)
     for k in set(range(len(state.primitives))) - bound:
-        some = work.points[thin(members[k], 4 * FITTED, rng)]
+        some = work.points[thinned(members[k], 4 * FITTED, rng)]
         state.primitives[k] = refined(state.primitives[k], some, WITHIN * state.noises[k], 15)
-
-
-def thin(members: Indices, most: int, rng: np.random.Generator) -> Indices:
-    """Return at most so many of the points, at random."""
-    return members if len(members) <= most else rng.choice(members, most, replace=False)

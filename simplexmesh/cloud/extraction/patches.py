@@ -9,12 +9,13 @@ import numpy as np
 
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import norm
+from simplexmesh.cloud.extraction.working import Working
 from simplexmesh.cloud.fitting.solver import Model, solve
 from simplexmesh.cloud.fitting.starts import start
 from simplexmesh.data.primitives import Cone, Primitive
 
 LEAST = 24
-"""Neighbors of the smallest patch: three to each parameter of a torus."""
+"""Points of the smallest patch: three to each parameter of a torus, half as many where noise is small."""
 
 DOUBLINGS = 7
 """Of the patch: up to 3072 neighbors."""
@@ -68,15 +69,13 @@ SLIMMEST, STEEPEST = np.radians([1, 85])
 """Half angles of cones: below they are cylinders, above planes."""
 
 
-def patch(
-    points: Array, normals: Array, near: Indices, noise: float, limits: Limits, known: Primitive | None = None
-) -> Primitive | None:
+def patch(work: Working, near: Indices, limits: Limits) -> Primitive | None:
     """Return the primitive of the largest patch of nearest neighbors `near` (t,) whose distances are noise, or None."""
-    found, size = known, LEAST
+    found, size = None, LEAST // (2 if work.fine else 1)
     for _ in range(DOUBLINGS + 1):
         members = near[:size]
         some = members[:: -(-len(members) // LOOKED_AT)]
-        fitted = suited(points[some], normals[some], noise, limits, found)
+        fitted = suited(work.points[some], work.normals[some], work.noise, limits, found)
         if fitted is None:
             break
         found = fitted

@@ -45,15 +45,18 @@ def found_one_by_one(work: Working, limits: Limits, rng: np.random.Generator, re
     alive = np.ones(len(work.points), bool)
     pool: list[Grown] = []
     out: list[Grown] = []
-    barren, patience = 0, np.inf
-    while alive.sum() >= limits.fewest and barren < min(patience, MOST_SEEDS):
+    barren = 0
+    while alive.sum() >= limits.fewest:
         free = np.flatnonzero(alive)
         able = free[work.smooth[free] & (alive[work.near[free]].mean(axis=1) > TOGETHER)]
         if len(able) < limits.fewest:
             break
         patience = np.log(MISSED) / np.log1p(-min(limits.fewest / len(able), 0.9))
-        pool += hypotheses(work, alive, rng.choice(able, min(BATCH, len(able)), replace=False), limits)
-        barren += BATCH
+        if barren < min(patience, MOST_SEEDS):
+            pool += hypotheses(work, alive, rng.choice(able, min(BATCH, len(able)), replace=False), limits)
+            barren += BATCH
+        elif not pool:
+            break
         pool.sort(key=lambda each: -each.evidence)
         best = None
         for each in [each for each in pool[:TRIED] if gathers(work, each, alive)]:
@@ -71,7 +74,7 @@ def found_one_by_one(work: Working, limits: Limits, rng: np.random.Generator, re
         report(0.1 + 0.7 * (1 - float(alive.mean())), "finding primitives")
         barren = 0
         alive[taken(work, best)] = False
-        pool = [each for each in (renewed(work, each, alive) for each in pool) if len(each.members) >= limits.fewest]
+        pool = [each for each in (renewed(each, alive) for each in pool) if len(each.members) >= limits.fewest]
     return out
 
 
@@ -83,7 +86,7 @@ def hypotheses(work: Working, alive: Mask, seeds: Indices, limits: Limits) -> li
     out = []
     for seed in seeds:
         near = free[tree.query(work.points[seed], k=count)[1]]
-        found = patch(work.points, work.normals, near, work.noise, limits)
+        found = patch(work, near, limits)
         if found is not None:
             out.append(grown_once(work, found, alive, near[:LEAST]))
     return [each for each in out if len(each.members) >= min(limits.fewest, LEAST) // 2]
@@ -120,7 +123,7 @@ def taken(work: Working, found: Grown) -> Indices:
     return about[close]
 
 
-def renewed(work: Working, each: Grown, alive: Mask) -> Grown:
+def renewed(each: Grown, alive: Mask) -> Grown:
     """Return a candidate with those of its points that are left."""
     left = each.members[alive[each.members]]
     share = len(left) / max(len(each.members), 1)

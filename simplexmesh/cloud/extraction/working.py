@@ -14,13 +14,13 @@ MOST = 100_000
 """Points that shapes are looked for in; all points are labelled in the end."""
 
 NEIGHBORS = 16
-"""Of each point, itself the first: over them shapes grow."""
+"""Of each point, itself the first: over them shapes grow, and their plane is that of its normal."""
 
-AROUND = 32
-"""Neighbors of normals where noise is large beside the distances between points."""
+FINE, NOISY = 0.1, 0.3
+"""Noise in distances between points below which half as many neighbors tell a normal, above which twice as many."""
 
-NOISY = 0.3
-"""Noise in distances between points from which on normals have more neighbors."""
+PLACES = 300
+"""At most, whose neighbors tell whether points are on a curve."""
 
 SAMPLED = 3000
 """Points whose surroundings tell the noise."""
@@ -37,13 +37,22 @@ EXACT, EXACT_PLACES = 0.1, 0.25
 FLOOR = 1e-2
 """Least noise in distances between points: what is below is the bend of the surface between them."""
 
+MANY = 512
+"""Neighbors, at most, of which one sees that points are on a curve."""
+
+THIN, NARROW = 0.05, 0.1
+"""Of the variance along neighbors, that out of them below which they are no lump, and that across them for a curve."""
+
 FLAT = 0.12
 """Of the mean squared distance of neighbors, their variance from a plane: above they are no surface, but a volume."""
 
 
 @dataclass(frozen=True, eq=False)
 class Working:
-    """Points (n, 3) of unit size, neighbors (n, k), normals (n, 3), what is smooth, deviations from planes."""
+    """Points (n, 3) of unit size, neighbors (n, k), normals (n, 3), what is smooth, deviations from planes.
+
+    They are fine if noise is so small that few points tell a normal, and half as many a primitive.
+    """
 
     points: Array
     near: Indices
@@ -52,6 +61,7 @@ class Working:
     rough: Array
     spacing: float
     noise: float
+    fine: bool
 
 
 def working(points: Array, noise: float | None, rng: np.random.Generator) -> Working:
@@ -63,13 +73,32 @@ def working(points: Array, noise: float | None, rng: np.random.Generator) -> Wor
     distance, near = tree.query(points, k=count, workers=-1)
     spacing = spacing_within(distance[:, -1], count)
     deviation = noise if noise is not None else max(measured_noise(points, tree, rng), FLOOR * spacing)
-    wide = near
-    if deviation > NOISY * spacing and len(points) > 2 * AROUND:
-        wide = tree.query(points, k=AROUND, workers=-1)[1]
+    if on_curve(points, tree):
+        raise ValueError("cloud must be of surfaces, but its points are on a curve")
+    fine = deviation < FINE * spacing
+    wide = near[:, : NEIGHBORS // 2] if fine else near
+    if deviation > NOISY * spacing and len(points) > 4 * NEIGHBORS:
+        wide = tree.query(points, k=2 * NEIGHBORS, workers=-1)[1]
     normals, variance, _ = fitted(points, wide)
     spread = np.mean(np.square(points[wide] - points[:, None]).sum(axis=2), axis=1)
     smooth = variance <= FLAT * spread
-    return Working(points, near, normals, smooth, np.sqrt(variance), spacing, deviation)
+    return Working(points, near, normals, smooth, np.sqrt(variance), spacing, deviation, fine)
+
+
+def on_curve(points: Array, tree: cKDTree) -> bool:
+    """Return whether points have neighbors along one direction only, as soon as these are no lump of noise."""
+    some = points[:: -(-len(points) // PLACES)]
+    most = min(MANY, max(NEIGHBORS, len(points) // 16), len(points))  # more are of a bent curve no line
+    near = points[tree.query(some, k=most, workers=-1)[1]]
+    thin = False
+    for count in NEIGHBORS * 2 ** np.arange(int(np.log2(MANY / NEIGHBORS)) + 1):
+        apart = near[:, :count] - near[:, :count].mean(axis=1, keepdims=True)
+        out, across, along = np.median(np.linalg.eigvalsh(apart.transpose(0, 2, 1) @ apart), axis=0)
+        if out < THIN * along:
+            if across > NARROW * along:
+                return False
+            thin = True
+    return thin
 
 
 def measured_noise(points: Array, tree: cKDTree, rng: np.random.Generator) -> float:

@@ -13,8 +13,8 @@ from simplexmesh._base.arrays import Array, Mask
 from simplexmesh._base.vectors import norm, normalized
 from simplexmesh.cloud.fitting.candidates import Known
 from simplexmesh.cloud.fitting.starts import scaled
-from simplexmesh.cloud.opening import warn_of_steps
 from simplexmesh.data.conversion import as_points
+from simplexmesh.data.points import warn_of_steps
 from simplexmesh.data.primitives import Circle, Cone, Cylinder, Line, Plane, Primitive, Sphere, Torus
 
 KINDS: dict[str, type[Primitive]] = {each.kind: each for each in (Plane, Sphere, Cylinder, Cone, Torus, Line, Circle)}

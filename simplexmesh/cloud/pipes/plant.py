@@ -143,7 +143,9 @@ def extract_pipes(
     generator = checks.generator("rng", rng)
     with shown(progress) as report:
         scene = extract_primitives(data, rng=generator, progress=part_of(report, 0.0, PRIMITIVES))
-        return _plant(data, scene, limits, reach, generator, part_of(report, PRIMITIVES, 1.0))
+        plant = _plant(data, scene, limits, reach, generator, part_of(report, PRIMITIVES, 1.0))
+        report(1.0, "following pipes")
+    return plant
 
 
 def _plant(

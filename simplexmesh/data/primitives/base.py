@@ -207,12 +207,14 @@ class Primitive:
     def coverage(self, points: ArrayLike) -> float:
         """Return the share of the turn about the axis that has some of the points (n, 3) near, from 0 to 1.
 
-        Gaps of three median gaps or ten degrees are covered.
+        Gaps of three median gaps or ten degrees are covered, but none of half a turn.
         """
         turn = np.sort(self.coordinates(points)[:, 0])
+        if not len(turn):
+            return 0.0
         arcs = np.diff(turn, append=turn[0] + 2 * np.pi)
         gap = np.radians(10)
-        counted = np.where(arcs <= max(3 * float(np.median(arcs)), gap), arcs, gap)
+        counted = np.where(arcs <= np.clip(3 * np.median(arcs), gap, np.radians(179)), arcs, gap)
         return min(float(counted.sum()) / (2 * np.pi), 1.0)
 
     def derivatives(self, points: ArrayLike) -> Array:

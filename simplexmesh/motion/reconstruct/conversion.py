@@ -18,7 +18,7 @@ from simplexmesh._base.vectors import norm
 from simplexmesh.data.conversion import as_data, as_triangles
 from simplexmesh.data.foreign import is_foreign
 from simplexmesh.data.io.reading import read_poses
-from simplexmesh.data.points import PointCloud, cloud_of_vertices
+from simplexmesh.data.points import PointCloud, cloud_of_vertices, warn_of_steps
 from simplexmesh.data.poses import rigid
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
@@ -63,6 +63,7 @@ def as_input(
         item = item.triangulated()
     if isinstance(item, TriangleMesh):
         return TrianglesInput(item.oriented(), components)
+    warn_of_steps(item.points)
     return PointsInput(with_consistent_normals(without_stray_points(item)), components)
 
 

@@ -12,6 +12,7 @@ from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.checks import frozen
 from simplexmesh._base.errors import warn
 from simplexmesh._base.vectors import norm
+from simplexmesh.data.points import warn_of_steps
 from simplexmesh.data.primitives import Circle, fit_of
 from simplexmesh.numerics.circle_fits import circle_residuals, robust_circle, sampled_circle
 from simplexmesh.surface.curvature.result import Curvature
@@ -55,6 +56,7 @@ def fit_circle(points: ArrayLike, *, weights: ArrayLike | None = None) -> Circle
     if len(at) < 3:
         raise ValueError(f"points must be at least 3, not {len(at)}")
     checks.size("points", np.stack([at.min(axis=0), at.max(axis=0)]))
+    warn_of_steps(at)
     weight = np.ones(len(at)) if weights is None else checks.array("weights", weights, (len(at),))
     if (weight < 0).any():
         raise ValueError(f"weights must be at least 0, not {weight.min():g}")

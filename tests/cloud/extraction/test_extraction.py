@@ -175,7 +175,7 @@ def test_shown_as_text_and_table(found):
     [
         (np.eye(4, 3), {}, "at least 24 different points"),
         (np.ones((1000, 3)), {}, "at least 24 different points, not 1"),
-        (np.linspace(0, 1, 300)[:, None] * [1.0, 2, 3], {}, "on a line"),
+        (np.linspace(0, 1, 300)[:, None] * [1.0, 2, 3], {}, "on a curve"),
         (np.full((50, 3), np.nan), {}, "finite"),
         (np.random.default_rng(0).normal(size=(50, 3)), {"kinds": ("ball",)}, "kinds must be one of"),
         (np.random.default_rng(0).normal(size=(50, 3)), {"kinds": ()}, "kinds must name"),

@@ -92,7 +92,7 @@ def test_a_patch_grows_into_what_its_surroundings_are(kind):
     limits, tree, tried = Limits(KINDS, (0.0, np.inf), 50), cKDTree(points), []
     for seed in range(6):
         near = tree.query(points[seed], k=400)[1]
-        found = patch(work.points, work.normals, near, work.noise, limits)
+        found = patch(work, near, limits)
         if found is not None:
             tried.append(np.quantile(np.abs(found.distance(points[near])), 0.9) / work.noise)
     assert min(tried) < 2

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import simplexmesh as sm
+from tests.cloud.scenes.scoring import matched
 
 PARTS = ("PC18", "PC42", "PC49")
 PRINTED = 1e-4
@@ -54,6 +56,25 @@ def test_kinds_and_parameters_of_parts(data_folder):
                 assert np.linalg.norm(found.center - vectors[-1]) < PRINTED
     assert total == 34
     assert right >= 0.9 * total
+
+
+@pytest.mark.data
+@pytest.mark.parametrize(("name", "least"), [("PC18", 9), ("PC42", 2)])
+def test_parts_are_found_when_nothing_is_told(data_folder, name, least):
+    parts = [points for points, _, _ in segments(data_folder, name)]
+    truth = SimpleNamespace(
+        points=np.concatenate(parts),
+        labels=np.repeat(np.arange(len(parts)), [len(part) for part in parts]),
+        shapes=[sm.fit_primitive(part, "any") for part in parts],
+    )
+    out = sm.extract_primitives(truth.points)
+    assert len(matched(out.primitives, out.labels, truth)) >= max(least, 0.9 * len(out))
+
+
+@pytest.mark.data
+def test_small_caps_are_found_beside_what_is_of_no_kind(data_folder):
+    out = sm.extract_primitives(sm.read_points(data_folder / "abc_00949.xyzc"), rng=1)  # its oblique pipe is elliptic
+    assert sum(each.kind == "plane" for each in out.primitives) >= 10  # of 6 faces and 5 caps
 
 
 @pytest.mark.data

@@ -172,6 +172,8 @@ def test_coverage_is_the_share_of_the_turn_that_has_points(kind, share):
     points = KINDS[kind].at(np.column_stack([turn, np.tile([0.2, 0.4], 250)]))
     assert KINDS[kind].coverage(points) == pytest.approx(share, abs=0.03)
     assert P.fit_of(KINDS[kind], points).covered == KINDS[kind].coverage(points)
+    one, none = KINDS[kind].coverage(points[:1]), KINDS[kind].coverage(points[:0])
+    assert (one, none) == (pytest.approx(10 / 360), 0)
 
 
 class TestGap:

@@ -140,25 +140,23 @@ def _fitted(points: Array, directions: Array, first: int, last: int) -> Straight
 
 def _with_ends(straights: list[Straight], points: Array, directions: Array) -> list[Straight]:
     """Return straights that begin and end with the track: where that is bent, with the directions at its ends."""
-    out = list(straights)
-    for end, known in ((0, out[0]), (len(points) - 1, out[-1])):
-        rest = points[: known.first] if end == 0 else points[known.last + 1 :]
-        off = norm(cross(rest - known.point, known.direction))
-        if len(rest) and off.max() > LEAVES:
-            straight = _run(points, directions, *((0, known.first - 1) if end == 0 else (known.last + 1, end)), end=end)
-            out = [straight, *out] if end == 0 else [*out, straight]
+    out, before, after = list(straights), straights[0].first, straights[-1].last + 1
+    if _leaves(points[:before], straights[0]):
+        out.insert(0, _fitted(points, directions, 0, _farthest(points[:before])[0]))
+    if _leaves(points[after:], straights[-1]):
+        lasts = _farthest(points[after:])
+        out.append(_fitted(points, directions, after + lasts.index(lasts[-1]), len(points) - 1))
     return out
 
 
-def _run(points: Array, directions: Array, low: int, high: int, end: int | None = None) -> Straight:
-    """Return the longest straight stretch among places, or that from an end of them on."""
-    lasts = np.array(_farthest(points[low : high + 1])) + low
-    firsts = np.arange(low, high + 1)
-    if end is not None:
-        if end == low:
-            return _fitted(points, directions, low, int(lasts[0]))
-        k = int(np.flatnonzero(lasts == high)[0])
-        return _fitted(points, directions, int(firsts[k]), high)
+def _leaves(places: Array, straight: Straight) -> bool:
+    """Whether some places are off the axis of a straight."""
+    return bool((norm(cross(places - straight.point, straight.direction)) > LEAVES).any())
+
+
+def _longest(points: Array, directions: Array, low: int, high: int) -> Straight:
+    """Return the longest straight stretch among places."""
+    firsts, lasts = np.arange(low, high + 1), np.array(_farthest(points[low : high + 1])) + low
     k = int(norm(points[lasts] - points[firsts]).argmax())
     return _fitted(points, directions, int(firsts[k]), int(lasts[k]))
 
@@ -171,7 +169,7 @@ def _between(one: Straight, other: Straight, points: Array, directions: Array) -
     bend = bend_between(one, other, points)
     if bend is not None and bend[2] < BENT:
         return None
-    run = _run(points, directions, low, high)
+    run = _longest(points, directions, low, high)
     if norm(points[run.last] - points[run.first]) > 2 * SHORT:
         return run
     costs = []
