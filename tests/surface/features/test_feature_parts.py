@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 import simplexmesh as sm
+from simplexmesh.surface.features.zoning.result import zoned
 from tests.surface.features.parts import noisy, reference, tessellated
 from tests.surface.features.reference import Reference
 from tests.surface.features.scoring import crease_score, networks, paths, rand_index, samples
@@ -84,6 +85,18 @@ def test_points_of_lines_lie_nearer_the_creases_than_vertices_do(name):
         for each in zip(*((line.points, network.mesh.vertices[line.vertices]) for line in network.lines), strict=True)
     )
     assert np.median(tree.query(points)[0]) < 0.2 * np.median(tree.query(vertices)[0])
+
+
+def test_a_zone_of_one_triangle_astride_a_crease_keeps_it():
+    given, network = found("dome", "scan", 0.0)
+    zones = sm.zones(given.mesh, network)
+    across = np.flatnonzero(zones.labels != zones._parts)
+    assert len(across) > 10
+    for triangle in across[:: len(across) // 10]:
+        parts = zones._parts.copy()
+        parts[triangle] = len(zones)
+        more = zoned(network, parts)
+        assert np.array_equal(np.unique(more.labels), np.arange(len(zones) + 1))
 
 
 @pytest.mark.parametrize("noise", [0.05, 0.1, 0.2])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -44,118 +45,115 @@ SHORTEST, GAP = 7.0, 6.0
 
 
 @dataclass(frozen=True, eq=False)
-class Creases:
-    """Edges along creases, with what was measured there; arrays have one row for each inner edge of the surface."""
+class FilteredSurface:
+    """A surface with normals without the noise of its vertices."""
 
     edges: Edges
     noise: float
     normals: Array
+    """(t, 3)."""
+
     exact: Mask
+    """(t,): the triangles whose normals are those of the surface as they are."""
+
+    @cached_property
+    def bends(self) -> Array:
+        """The angles (e,) between the normals of the triangles at edges."""
+        one, two = self.normals[self.edges.sides].transpose(1, 0, 2)
+        return np.arccos(np.clip(dot(one, two), -1.0, 1.0))
+
+    @cached_property
+    def scales(self) -> Array:
+        """The lengths (e,) that measure short lines and gaps: the mesh's edges there, 0 where all is exact."""
+        scales: Array = self.edges.facets.scales[self.edges.sides].mean(axis=1)
+        scales[self.exact[self.edges.sides].all(axis=1)] = 0.0
+        return scales
+
+    def straddling(self, chosen: Mask) -> Mask:
+        """Return which triangles (t,) may be on both sides of a crease: those at chosen edges, but exact ones."""
+        touched = np.zeros(len(self.edges.facets.vertices), bool)
+        touched[self.edges.ends[chosen]] = True
+        out: Mask = touched[self.edges.facets.faces].any(axis=1) & ~self.exact
+        return out
+
+    def jumps_at(self, at: Mask, stops: Mask) -> tuple[Array, Array, Array]:
+        """Return jumps (e,) of the normal, places and directions (e, 3) `at` some edges, 0 elsewhere.
+
+        Triangles may straddle these edges, and no window crosses those that are `stops` as well.
+        """
+        near, stops = self.straddling(at), self.edges.halved(at & stops)
+        sides = _kernels_jumps.Sides(self.normals, near, self.exact, stops)
+        rows = np.flatnonzero(at)
+        jumps, places, directions = np.zeros(len(at)), np.zeros((len(at), 3)), np.zeros((len(at), 3))
+        filled = np.zeros(len(rows)), np.zeros((len(rows), 3)), np.zeros((len(rows), 3))
+        _kernels_jumps.fill_jumps(self.edges.facets, sides, self.edges.halves[rows], self.noise, *filled)
+        jumps[rows], places[rows], directions[rows] = filled
+        return jumps, places, directions
+
+    def creases_at(self, chosen: Mask) -> Creases:
+        """Return the creases at edges that form clean lines, which no window crosses."""
+        normals, beside = self.normals.copy(), np.unique(self.edges.sides[chosen])
+        beside = beside[~self.exact[beside]]
+        normals[beside] = within_zones(self.edges.facets, self.noise, self.edges.zones(chosen), beside)
+        settled = FilteredSurface(self.edges, self.noise, normals, self.exact)
+        measured = settled.jumps_at(chosen, chosen)
+        return Creases(self.edges, self.noise, self.normals, self.exact, chosen, *measured)
+
+
+@dataclass(frozen=True, eq=False)
+class Creases(FilteredSurface):
+    """Edges along creases, with what was measured there; arrays have one row for each inner edge of the surface."""
+
     chosen: Mask
     jumps: Array
     places: Array
     directions: Array
 
     def areas_beside(self, weight: float) -> Array:
-        """Return the areas (t,), times a weight where triangles touch a chosen edge and may straddle it."""
-        facets = self.edges.facets
-        return facets.areas * np.where(_touching(self.edges, self.chosen) & ~self.exact, weight, 1.0)
+        """Return the areas (t,), times a weight where triangles may straddle a crease."""
+        return self.edges.facets.areas * np.where(self.straddling(self.chosen), weight, 1.0)
 
 
 def creases(vertices: Array, faces: Indices, mates: Indices, angle: float) -> Creases:
     """Return the edges where two smooth parts of a surface meet at more than an angle."""
     facets, noise, normals, exact = sampled(vertices, faces, mates)
-    edges = Edges(facets)
-    bends = bent(normals, edges.sides)
-    chosen = bends > min(CANDIDATE, 0.5 * angle)
-    least = max(angle, STANDING_OUT * _ordinary_jump(edges, normals, noise, exact, bends))
-    strengths = bends
+    surface = FilteredSurface(Edges(facets), noise, normals, exact)
+    chosen, strengths = surface.bends > min(CANDIDATE, 0.5 * angle), surface.bends
+    least = max(angle, STANDING_OUT * _ordinary_jump(surface))
     for _ in range(ROUNDS):
-        jumps, _, _ = _jumps(edges, normals, noise, exact, chosen, strengths)
-        chosen = chosen & (jumps > EDGE * least)
-        strengths = jumps
-    chosen = _cleaned(edges, chosen, jumps, bends, least, exact)
-    settled = _settled(edges, normals, noise, exact, chosen)
-    chosen = edges.without_weakest(chosen, lambda lines: lines.mean(settled[0]) - angle)
-    chosen = edges.pruned(chosen, SHORTEST * _scales(edges, exact))
-    return Creases(edges, noise, normals, exact, chosen, *settled)
+        strengths = surface.jumps_at(chosen, strengths > STRONG)[0]
+        chosen = chosen & (strengths > EDGE * least)
+    found = surface.creases_at(_cleaned(surface, chosen, strengths, least))
+    chosen = found.edges.without_weakest(found.chosen, lambda lines: lines.mean(found.jumps) - angle)
+    chosen = found.edges.pruned(chosen, SHORTEST * found.scales)
+    return replace(found, chosen=chosen)
 
 
-def measured_again(found: Creases, chosen: Mask) -> Creases:
-    """Return creases of other edges, with what is measured at them."""
-    jumps, places, directions = _settled(found.edges, found.normals, found.noise, found.exact, chosen)
-    return replace(found, chosen=chosen, jumps=jumps, places=places, directions=directions)
-
-
-def _ordinary_jump(edges: Edges, normals: Array, noise: float, exact: Mask, bends: Array) -> float:
+def _ordinary_jump(surface: FilteredSurface) -> float:
     """Return the median jump at edges whose triangles' normals are not exact, from a sample; 0 if few are such."""
-    vague = np.flatnonzero(~exact[edges.sides].any(axis=1))
-    if len(vague) < MANY * len(bends) or not len(vague):
+    vague = np.flatnonzero(~surface.exact[surface.edges.sides].any(axis=1))
+    if len(vague) < MANY * len(surface.bends) or not len(vague):
         return 0.0
-    some = np.zeros(len(bends), bool)
+    some = np.zeros(len(surface.bends), bool)
     some[vague[:: max(1, len(vague) // SAMPLE)]] = True
-    jumps, _, _ = _jumps(edges, normals, noise, exact, some, bends)
+    jumps = surface.jumps_at(some, surface.bends > STRONG)[0]
     return float(np.median(np.abs(jumps[some])))
 
 
-def bent(normals: Array, sides: Indices) -> Array:
-    """Return the angles (e,) between the normals of the triangles at edges."""
-    one, two = normals[sides].transpose(1, 0, 2)
-    return np.arccos(np.clip(dot(one, two), -1.0, 1.0))
-
-
-def _jumps(
-    edges: Edges, normals: Array, noise: float, exact: Mask, chosen: Mask, strengths: Array
-) -> tuple[Array, Array, Array]:
-    """Return jumps (e,) of the normal, places and directions (e, 3), 0 where not chosen."""
-    facets = edges.facets
-    near, stops = _touching(edges, chosen) & ~exact, edges.halved(chosen & (strengths > STRONG))
-    sides = _kernels_jumps.Sides(normals, near, exact, stops)
-    at = np.flatnonzero(chosen)
-    jumps, places, directions = np.zeros(len(chosen)), np.zeros((len(chosen), 3)), np.zeros((len(chosen), 3))
-    filled = np.zeros(len(at)), np.zeros((len(at), 3)), np.zeros((len(at), 3))
-    _kernels_jumps.fill_jumps(facets, sides, edges.halves[at], noise, *filled)
-    jumps[at], places[at], directions[at] = filled
-    return jumps, places, directions
-
-
-def _settled(edges: Edges, normals: Array, noise: float, exact: Mask, chosen: Mask) -> tuple[Array, Array, Array]:
-    """Return jumps (e,), places and directions (e, 3) at clean lines, which no window crosses any more."""
-    facets, beside = edges.facets, np.unique(edges.sides[chosen])
-    beside, normals = beside[~exact[beside]], normals.copy()
-    normals[beside] = within_zones(facets, noise, edges.zones(chosen), beside)
-    return _jumps(edges, normals, noise, exact, chosen, np.full(len(chosen), np.inf))
-
-
-def _scales(edges: Edges, exact: Mask) -> Array:
-    """Return the lengths (e,) that measure short lines and gaps: the mesh's edges there, 0 where all is exact."""
-    scales: Array = edges.facets.scales[edges.sides].mean(axis=1)
-    scales[exact[edges.sides].all(axis=1)] = 0.0
-    return scales
-
-
-def _touching(edges: Edges, chosen: Mask) -> Mask:
-    """Return which triangles (t,) have a vertex on chosen edges."""
-    touched = np.zeros(len(edges.facets.vertices), bool)
-    touched[edges.ends[chosen]] = True
-    out: Mask = np.asarray(touched[edges.facets.faces].any(axis=1))
-    return out
-
-
-def _cleaned(edges: Edges, chosen: Mask, jumps: Array, bends: Array, angle: float, exact: Mask) -> Mask:
+def _cleaned(surface: FilteredSurface, chosen: Mask, jumps: Array, least: float) -> Mask:
     """Return edges as clean lines: gaps closed, duplicates and crumbs gone, each line a crease on the whole."""
-    scale = _scales(edges, exact)
-    costs = edges.lengths * np.maximum(0.1, 1 - bends / np.radians(20))
+    edges, scales = surface.edges, surface.scales
+    costs = edges.lengths * np.maximum(0.1, 1 - surface.bends / np.radians(20))
     most = np.zeros(len(edges.facets.vertices))
-    np.maximum.at(most, edges.ends.ravel(), np.repeat(GAP * scale, 2))
+    np.maximum.at(most, edges.ends.ravel(), np.repeat(GAP * scales, 2))
 
     def strength(lines: Chains) -> Array:
-        return lines.total(jumps * edges.lengths) / lines.total(edges.lengths) - angle
+        return lines.total(jumps * edges.lengths) / lines.total(edges.lengths) - least
 
     for bridging in (True, True, False):
         chosen = edges.without_weakest(chosen, strength)
-        chosen = edges.without_small(chosen, jumps, FEWEST, exact)
-        chosen = edges.pruned(chosen, SHORTEST * scale)
+        chosen = edges.without_small(chosen, jumps, FEWEST, surface.exact)
+        chosen = edges.pruned(chosen, SHORTEST * scales)
         if bridging:
             chosen = edges.bridged(chosen, costs, most)
     return chosen

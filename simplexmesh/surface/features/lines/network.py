@@ -17,7 +17,7 @@ from simplexmesh._base.html import card
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.surface.features import exporting
 from simplexmesh.surface.features.lines import walking
-from simplexmesh.surface.features.lines.creases import Creases, measured_again
+from simplexmesh.surface.features.lines.creases import Creases
 from simplexmesh.surface.features.lines.edges import Chains
 from simplexmesh.surface.features.lines.placing import placed
 from simplexmesh.surface.polyline import Polyline
@@ -199,7 +199,7 @@ class FeatureNetwork:
 
     def _of(self, chosen: Mask) -> FeatureNetwork:
         """Return the network of other edges."""
-        return replace(self, _found=measured_again(self._found, chosen))
+        return replace(self, _found=self._found.creases_at(chosen))
 
     def _number(self, number: int) -> int:
         """Return the number of a line, checked."""

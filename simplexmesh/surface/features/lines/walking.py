@@ -9,7 +9,7 @@ import numpy as np
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Indices, Mask
-from simplexmesh.surface.features.lines.creases import Creases, bent
+from simplexmesh.surface.features.lines.creases import Creases
 from simplexmesh.surface.features.lines.invariants import shape_invariant, straight
 
 LOOKED_AT = 3
@@ -33,7 +33,7 @@ def free_ends(found: Creases, chosen: Mask, line: Indices) -> list[int]:
 def prolonged(found: Creases, chosen: Mask, line: Indices, angle: float) -> Mask:
     """Return edges with those added that go on from the free ends of a line, until they meet another one."""
     edges, chosen = found.edges, chosen.copy()
-    bends = bent(found.normals, edges.sides)
+    bends = found.bends
     invariant = shape_invariant(edges, bends)
     ends = free_ends(found, chosen, line)
     for end in ends:
@@ -64,8 +64,7 @@ def joined(found: Creases, chosen: Mask, one: Indices, two: Indices) -> Mask:
         starts, goals = starts[:1], goals[1:]
     if not starts or not goals:
         raise ValueError("lines to join must have free ends")
-    bends = bent(found.normals, edges.sides)
-    costs = edges.lengths * (1 - 0.9 * np.minimum(1.0, bends / np.radians(20)))
+    costs = edges.lengths * (1 - 0.9 * np.minimum(1.0, found.bends / np.radians(20)))
     paths = [edges.path(start, goals, ~chosen, costs) for start in starts]
     known = [path for path in paths if path]
     if not known:

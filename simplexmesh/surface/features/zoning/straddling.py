@@ -18,7 +18,7 @@ def sided(labels: Indices, found: Creases, vertices: Array) -> Indices:
     """Return labels (t,) with triangles at sharp edges in the zone on whose side of the crease their centers lie.
 
     Lines run along edges of the mesh, `vertices` (n, 3) are on the crease. Triangles of a mesh with edges on its crease
-    stay where they are, and zones connected.
+    stay where they are, zones connected, and one that would lose all its triangles keeps them.
     """
     edges, facets = found.edges, found.edges.facets
     lines = _askew(found)
@@ -29,7 +29,8 @@ def sided(labels: Indices, found: Creases, vertices: Array) -> Indices:
     beside, beyond = labels[edges.sides[nearest, right]], labels[edges.sides[nearest, 1 - right]]
     wanted = labels.copy()
     wanted[triangles] = np.where(labels[triangles] == beyond, beside, labels[triangles])
-    return edits.connected(wanted, edges)
+    lost = np.bincount(wanted, minlength=labels.max() + 1)[labels] == 0
+    return edits.connected(np.where(lost, labels, wanted), edges)
 
 
 def _askew(found: Creases) -> Indices:
