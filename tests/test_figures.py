@@ -113,6 +113,29 @@ ROWS = {
         for both in (("simplexmesh", "windowed sinc"),)
     },
     **{
+        ("docs/reconstruction.md", f"{body} |"): [
+            f"against_meshers: {body}, {noise} % noise, {who}, {what}"
+            for noise in ("0", "0.2", "0.5")
+            for who in ("simplexmesh", "best peer")
+            for what in ("mean", "normals")
+        ]
+        for body in (
+            "spot",
+            "elephant",
+            "lion_head",
+            "femur",
+            "knot1",
+            "eight",
+            "animal",
+            "hand",
+            "blobs",
+            "knot",
+            "relief",
+            "casting",
+            "rings",
+        )
+    },
+    **{
         ("docs/motion.md", f"{count} vertices, one thread"): [
             f"motion: {what}, {count} vertices, one thread"
             for what in ("internal force", "windowed sinc", "whole step")

@@ -289,9 +289,11 @@ class SimplexMesh(Located):
 
         Parameters
         ----------
-        method : {"fan", "dual"}
-            "fan" divides each face into triangles around its centroid and keeps the border exactly; "dual" has a
-            vertex for each face and a triangle for each vertex, fewer of both, and underestimates the curvature.
+        method : {"fan", "curved", "dual"}
+            "fan" divides each face into triangles around its centroid and keeps the border exactly; "curved" does too,
+            with centroids lifted onto the surface that the normals of the vertices tell, which is closer to what is
+            smooth; "dual" has a vertex for each face and a triangle for each vertex, fewer of both, and underestimates
+            the curvature.
 
         Examples
         --------
@@ -299,10 +301,12 @@ class SimplexMesh(Located):
         >>> len(sphere(2).triangulated("dual").faces)
         80
         """
-        checks.choice("method", method, ["fan", "dual"])
+        checks.choice("method", method, ["fan", "curved", "dual"])
         c, of = self.connectivity, triangulation.data_of_fan
         if method == "dual":
             (points, triangles), of = triangulation.dual_triangles(self.vertices, c), triangulation.data_of_dual
+        elif method == "curved":
+            points, triangles = triangulation.curved_fan(self.vertices, self.normals, c)
         else:
             points, triangles = triangulation.fan(self.vertices, c)
         kind = importlib.import_module("simplexmesh.data.triangles").TriangleMesh

@@ -1,4 +1,4 @@
-"""Triangulation of simplex meshes: a fan in each face, or the dual triangulation."""
+"""Triangulation of simplex meshes: a fan in each face, flat or curved, or the dual triangulation."""
 
 from __future__ import annotations
 
@@ -25,6 +25,14 @@ def fan(vertices: Array, connectivity: Connectivity, faces: Indices | None = Non
     centers = len(vertices) + np.repeat(np.arange(len(faces)), sizes)
     triangles = np.stack([corners, face_geometry.following(corners, offsets), centers], axis=1)
     return np.concatenate([vertices, face_geometry.face_centroids(vertices, corners, offsets)]), triangles
+
+
+def curved_fan(vertices: Array, normals: Array, connectivity: Connectivity) -> tuple[Array, Indices]:
+    """Return what `fan` does, with centers on the curved surface instead of centroids."""
+    c = connectivity
+    points, triangles = fan(vertices, c)
+    centers = face_geometry.curved_centers(vertices, normals, c.face_vertices, c.face_offsets)
+    return np.concatenate([points[: len(vertices)], centers[~c.face_is_hole]]), triangles
 
 
 def dual_triangles(vertices: Array, connectivity: Connectivity) -> tuple[Array, Indices]:

@@ -19,7 +19,7 @@ import simplexmesh as sm
 
 Field = Callable[[np.ndarray], np.ndarray]
 
-SCANS = ("spot.obj", "elephant.off", "lion_head.off", "mannequin.off", "femur.off", "knot1.off", "eight.off")
+SCANS = ("spot.obj", "elephant.off", "lion_head.off", "femur.off", "knot1.off", "eight.off")
 CELLS = 180  # of the grid, along the longest axis
 
 
@@ -161,7 +161,7 @@ def triangulated(field: Field) -> sm.TriangleMesh:
         values = np.concatenate([field(plane.reshape(-1, 3)) for plane in grid]).reshape(grid.shape[:3])
         vertices, faces, *_ = marching_cubes(values, 0.0, spacing=(step,) * 3, gradient_direction="descent")
         vertices = vertices + grid[0, 0, 0]
-        low, high = vertices.min(axis=0), vertices.max(axis=0)
+        low, high = vertices.min(axis=0) - step, vertices.max(axis=0) + step  # thin tips lie between the first samples
     for _ in range(4):
         value, tiny = field(vertices), 1e-5
         slope = np.stack([field(vertices + tiny * e) - field(vertices - tiny * e) for e in np.eye(3)], axis=1)

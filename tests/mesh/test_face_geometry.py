@@ -49,6 +49,17 @@ class TestClosedForms:
         assert_allclose(face_geometry.face_normals(cube.vertices, *loops(cube)), centers, atol=1e-14)
         assert_array_equal(face_geometry.face_normals(np.ones_like(cube.vertices), *loops(cube)), 0)
 
+    def test_curved_centers_come_closer_to_a_sphere_with_order_four_and_stay_in_faces_between_creases(self):
+        away = []
+        for ball in (shapes.sphere(8), shapes.sphere(16)):
+            centers = face_geometry.curved_centers(ball.vertices, ball.vertices, *loops(ball))
+            away.append(np.abs(np.linalg.norm(centers, axis=1) - 1).max())
+        assert away[0] < 1e-3
+        assert away[1] < away[0] / 12
+        for flat in (shapes.sphere(1, "octahedron"), ALL["plane"]):
+            centers = face_geometry.curved_centers(flat.vertices, flat.normals, *loops(flat))
+            assert_allclose(centers, face_geometry.face_centroids(flat.vertices, *loops(flat)), atol=1e-14)
+
     def test_ellipsoid_and_torus_from_inside(self):
         ball = shapes.ellipsoid((3, 2, 1), 40)
         assert 0.995 < ball.volume / (4 / 3 * np.pi * 6) < 1

@@ -82,11 +82,18 @@ def test_a_copy_is_the_same_mesh():
         assert not other.connectivity.twin.flags.writeable
 
 
-@pytest.mark.parametrize("method", ["fan", "dual"])
+@pytest.mark.parametrize("method", ["fan", "curved", "dual"])
 def test_triangulated(method):
     triangles = BALL.triangulated(method)
-    assert len(triangles.faces) == {"fan": 540, "dual": 180}[method]
+    assert len(triangles.faces) == {"fan": 540, "curved": 540, "dual": 180}[method]
     assert sm.dual(triangles).genus == 0
+
+
+def test_the_curved_fan_of_an_ellipsoid_is_closer_to_it_and_leaves_holes_open():
+    egg = sm.ellipsoid((3, 2, 1), 20)
+    values = [egg.triangulated(method).volume / (8 * np.pi) - 1 for method in ("fan", "curved")]
+    assert abs(values[1]) < 0.6 * abs(values[0])
+    assert len(ALL["plane"].triangulated("curved").faces) == len(ALL["plane"].triangulated("fan").faces)
 
 
 def test_saved_and_read_back(tmp_path):
@@ -114,7 +121,7 @@ def test_saved_and_read_back(tmp_path):
         (lambda: BALL.with_data(a=[[1], [2, 3]]), ValueError, "^data 'a' must be an array, but its rows have"),
         (lambda: sm.SimplexMesh(BALL.vertices, BALL.connectivity, 5), TypeError, "^data must be a Mapping, not int$"),
         (lambda: sm.SimplexMesh(BALL.vertices, BALL.connectivity, np.ones(3)), TypeError, "^data must be a Mapping"),
-        (lambda: BALL.triangulated("cut"), ValueError, "method must be one of 'fan', 'dual', not 'cut'"),
+        (lambda: BALL.triangulated("cut"), ValueError, "method must be one of 'fan', 'curved', 'dual', not 'cut'"),
     ],
 )
 def test_bad_input(make, error, message):
