@@ -9,14 +9,13 @@ import math
 import numpy as np
 from numba import prange
 
-from simplexmesh._base._kernels_both import FAST
 from simplexmesh._base._kernels_njit import njit
 from simplexmesh.numerics._kernels_frames import tangents
 from simplexmesh.numerics._kernels_matrices import diagonalize, solve
 from simplexmesh.numerics._kernels_vectors import difference, dot, minus, row
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, error_model="numpy")
 def fit_plane(points, members, place, radius, normal):
     """Fill the unit normal of a plane fit; return the members' mean about a place and their moments, ascending."""
     falling = 1.0 / (radius * radius)
@@ -26,16 +25,18 @@ def fit_plane(points, members, place, radius, normal):
         w = max(1.0 - dot(d, d) * falling, 0.02)
         total, x, y, z = total + w, x + w * d[0], y + w * d[1], z + w * d[2]
     middle = x / total, y / total, z / total
-    xx = xy = xz = yy = yz = zz = 0.0
+    moments, axes = np.zeros((3, 3)), np.zeros((3, 3))
     for p in members:
         d = minus(row(points, p), place)
         w = max(1.0 - dot(d, d) * falling, 0.02) / total
         x, y, z = minus(d, middle)
-        xx, xy, xz = xx + w * x * x, xy + w * x * y, xz + w * x * z
-        yy, yz, zz = yy + w * y * y, yz + w * y * z, zz + w * z * z
-    moments, axes = np.zeros((3, 3)), np.zeros((3, 3))
-    moments[0, 0], moments[1, 1], moments[2, 2] = xx, yy, zz
-    moments[0, 1], moments[0, 2], moments[1, 2] = moments[1, 0], moments[2, 0], moments[2, 1] = xy, xz, yz
+        moments[0, 0] += w * x * x
+        moments[0, 1] += w * x * y
+        moments[0, 2] += w * x * z
+        moments[1, 1] += w * y * y
+        moments[1, 2] += w * y * z
+        moments[2, 2] += w * z * z
+    moments[1, 0], moments[2, 0], moments[2, 1] = moments[0, 1], moments[0, 2], moments[1, 2]
     diagonalize(moments, axes, 3)
     least = most = 0
     for a in range(1, 3):

@@ -138,7 +138,7 @@ def measure(run: Run) -> None:
     if unseen.any():
         away[unseen] = run.tree.query(mesh.vertices[unseen], workers=-1)[0]
     missing = run.away(points)
-    limit = max(reach, FAR * float(np.linalg.norm(np.ptp(points, axis=0))))
+    limit = max(reach, FAR * run.data.diagonal)
     enclosed = np.zeros(len(points), bool)
     if not mesh.n_holes:
         far = np.flatnonzero(missing > (reach if run.data.layered else limit))  # of points, noise is farther than reach
