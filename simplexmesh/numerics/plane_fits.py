@@ -25,19 +25,22 @@ class Planes:
 
 def planes(points: Array) -> Planes:
     """Return the planes through the nearest neighbors of each point: 16, or 40 if the noise exceeds 0.45 spacings."""
-    tree = cKDTree(points)
-    out = _fit(points, tree, min(FEW_NEIGHBORS, len(points)))
-    if out.noise > NOISE_RATIO * out.spacing and len(points) > 2 * MANY_NEIGHBORS:
-        out = _fit(points, tree, MANY_NEIGHBORS)
-    return out
+    tree, few = cKDTree(points), min(FEW_NEIGHBORS, len(points))
+    some = _fit(tree, _some(tree), few)
+    noisy = some.noise > NOISE_RATIO * some.spacing and len(points) > 2 * MANY_NEIGHBORS
+    return _fit(tree, points, MANY_NEIGHBORS if noisy else few)
 
 
-def spacing_of(points: Array) -> float:
-    """Estimate the median distance between neighboring points from a subset of 5,000 to twice as many."""
-    some = points[:: max(1, len(points) // 5000)]
-    count = min(FEW_NEIGHBORS, len(points))
-    distance = cKDTree(points).query(some, k=[count], workers=-1)[0]
+def spacing_of(tree: cKDTree) -> float:
+    """Estimate the median distance between neighboring points of a tree from some."""
+    count = min(FEW_NEIGHBORS, tree.n)
+    distance = tree.query(_some(tree), k=[count], workers=-1)[0]
     return spacing_within(distance, count)
+
+
+def _some(tree: cKDTree) -> Array:
+    """Return 5,000 to twice as many of the points of a tree, or all if they are fewer."""
+    return np.asarray(tree.data[:: max(1, tree.n // 5000)])
 
 
 def fitted(points: Array, near: Indices) -> tuple[Array, Array, Array]:
@@ -52,7 +55,7 @@ def spacing_within(farthest: Array, count: int) -> float:
     return float(np.median(farthest)) * np.sqrt(np.pi / count)
 
 
-def _fit(points: Array, tree: cKDTree, count: int) -> Planes:
-    distance, near = tree.query(points, k=count, workers=-1)
-    normals, variance, _ = fitted(points, near)
+def _fit(tree: cKDTree, places: Array, count: int) -> Planes:
+    distance, near = tree.query(places, k=count, workers=-1)
+    normals, variance, _ = fitted(tree.data, near)
     return Planes(normals, spacing_within(distance[:, -1], count), float(np.sqrt(np.median(variance))))

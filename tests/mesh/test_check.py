@@ -12,6 +12,7 @@ from simplexmesh.mesh import shapes
 from simplexmesh.mesh.check import check
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.triangles.self_intersection import crossing_triangles, self_intersections
+from simplexmesh.mesh.triangulation import fan
 from tests.mesh import reference as reference
 from tests.mesh.families import ALL, flipped, shaken, together
 
@@ -140,6 +141,17 @@ class TestCrossings:
         assert len(pairs)
         moved = 5 * mesh.vertices[:, [1, 2, 0]] + 3
         assert_array_equal(self_intersections(moved, mesh.connectivity), pairs)
+
+    @given(seed=seeds)
+    def test_faces_cross_whose_triangles_do(self, seed):
+        mesh = shaken(BALL, np.random.default_rng(seed), 0.9)
+        c = mesh.connectivity
+        owner = np.repeat(np.arange(BALL.n_faces), c.face_sizes)
+        pairs = np.sort(owner[crossing_triangles(*fan(mesh.vertices, c))], axis=1)
+        found = self_intersections(mesh.vertices, c)
+        itself = found[:, 0] == found[:, 1]
+        assert_array_equal(found[~itself], np.unique(pairs[pairs[:, 0] != pairs[:, 1]], axis=0))
+        assert set(found[itself, 0]) <= set(pairs[pairs[:, 0] == pairs[:, 1], 0])
 
     @given(seed=seeds, share=st.floats(0.0, 1.0))
     def test_among_some_faces_all_of_their_crossings_are_found_and_no_others(self, seed, share):

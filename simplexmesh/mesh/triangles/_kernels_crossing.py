@@ -91,6 +91,19 @@ def boxes_by_cell(
 
 
 @njit(cache=True, error_model="numpy")
+def _overlap(low: Array, high: Array, s: int, t: int) -> bool:
+    """Return whether two boxes overlap."""
+    return (
+        low[s, 0] <= high[t, 0]
+        and low[t, 0] <= high[s, 0]
+        and low[s, 1] <= high[t, 1]
+        and low[t, 1] <= high[s, 1]
+        and low[s, 2] <= high[t, 2]
+        and low[t, 2] <= high[s, 2]
+    )
+
+
+@njit(cache=True, error_model="numpy")
 def overlapping_boxes(low: Array, high: Array, origin: Array, cell: float, shape: Indices) -> Indices:
     """Return the pairs (m, 2) of overlapping boxes, each found in the first cell shared, the smaller index first."""
     offsets, boxes, span = boxes_by_cell(low, high, origin, cell, shape)
@@ -103,12 +116,7 @@ def overlapping_boxes(low: Array, high: Array, origin: Array, cell: float, shape
             for j in range(i + 1, offsets[at + 1]):
                 t = boxes[j]
                 if (
-                    low[s, 0] > high[t, 0]
-                    or low[t, 0] > high[s, 0]
-                    or low[s, 1] > high[t, 1]
-                    or low[t, 1] > high[s, 1]
-                    or low[s, 2] > high[t, 2]
-                    or low[t, 2] > high[s, 2]
+                    not _overlap(low, high, s, t)
                     or max(span[s, 0, 0], span[t, 0, 0]) != x
                     or max(span[s, 0, 1], span[t, 0, 1]) != y
                     or max(span[s, 0, 2], span[t, 0, 2]) != z
@@ -127,4 +135,25 @@ def are_crossing(points: Array, triangles: Indices, pairs: Indices) -> Mask:
     out = np.empty(pairs.shape[0], np.bool_)
     for k in prange(out.size):
         out[k] = triangles_cross(points, triangles[pairs[k, 0]], triangles[pairs[k, 1]])
+    return out
+
+
+@njit(cache=True, error_model="numpy")
+def _fans_cross(points: Array, triangles: Indices, starts: Indices, low: Array, high: Array, s: int, t: int) -> bool:
+    """Return whether two fans cross, or one itself, of the triangles from `starts[s]` and `starts[t]` on."""
+    for i in range(starts[s], starts[s + 1]):
+        for j in range(i + 1 if s == t else starts[t], starts[t + 1]):
+            if _overlap(low, high, i, j) and triangles_cross(points, triangles[i], triangles[j]):
+                return True
+    return False
+
+
+@njit(cache=True, parallel=True)
+def are_crossing_fans(
+    points: Array, triangles: Indices, starts: Indices, low: Array, high: Array, pairs: Indices
+) -> Mask:
+    """Return which pairs (m, 2) of fans cross, or single ones themselves; `low` and `high` bound their triangles."""
+    out = np.empty(pairs.shape[0], np.bool_)
+    for k in prange(out.size):
+        out[k] = _fans_cross(points, triangles, starts, low, high, pairs[k, 0], pairs[k, 1])
     return out

@@ -48,9 +48,16 @@ def self_intersections(vertices: Array, connectivity: Connectivity, among: Mask 
     if among is not None:
         places = vertices[connectivity.face_vertices]
         faces = faces[_beside(places, connectivity.face_offsets, faces, among[faces])]
+    if not len(faces):
+        return np.zeros((0, 2), np.int64)
     points, triangles = triangulation.fan(vertices, connectivity, faces)
-    owner = np.repeat(faces, connectivity.face_sizes[faces])
-    pairs = np.unique(np.sort(owner[crossing_triangles(points, triangles)], axis=1), axis=0)
+    starts = np.append(0, np.cumsum(connectivity.face_sizes[faces]))
+    boxes = _boxes(points, triangles)
+    low, high = np.minimum.reduceat(boxes[0], starts[:-1]), np.maximum.reduceat(boxes[1], starts[:-1])
+    pairs = overlapping_boxes(low, high, float((high - low).max(axis=1).mean()))
+    pairs = np.concatenate([np.repeat(np.arange(len(faces)), 2).reshape(-1, 2), pairs])
+    pairs = pairs[_kernels_crossing.are_crossing_fans(points, triangles, starts, *boxes, pairs)]
+    pairs = faces[pairs[np.lexsort(pairs.T[::-1])]]
     own = pairs[pairs[:, 0] == pairs[:, 1], 0]  # flat ones, whose triangles touch, seem to within rounding
     corners = (connectivity.face_vertices[slice(*connectivity.face_offsets[f : f + 2])] for f in own)
     graphs = own[[_is_graph(vertices[each]) for each in corners]]

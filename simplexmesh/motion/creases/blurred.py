@@ -13,7 +13,7 @@ from scipy import ndimage
 from scipy.spatial import cKDTree
 from scipy.special import ndtri
 
-from simplexmesh._base.arrays import Array, Mask
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import dot, normalized
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.creases.lines import Line
@@ -65,13 +65,23 @@ def are_sharp(lines: Sequence[Line], mesh: SimplexMesh, target: Isosurface, blur
     up = mesh.normals[cKDTree(mesh.vertices).query(places)[1]]
     up = normalized(up - dot(up, along)[:, None] * along)
     one, two, four = (_turns(target, places, up, along, blur, k) for k in (1, 2, 4))
-    out = np.zeros(len(lines), bool)
-    for k in range(len(lines)):
-        rows = of == k
-        if np.isnan([one[rows], two[rows], four[rows]]).any(axis=0).mean() < 0.5:
-            a, b, c = (np.nanmedian(turn[rows]) for turn in (one, two, four))
-            out[k] = abs(b) > LEAST_TURN and WITHIN[0] < a / b < WITHIN[1] and BEYOND[0] < c / b < BEYOND[1]
-    return out
+    unknown = np.bincount(of, np.isnan([one, two, four]).any(axis=0)) / np.bincount(of)
+    a, b, c = (_medians(turn, of) for turn in (one, two, four))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        inner, outer = a / b, c / b
+    sharp = (
+        (abs(b) > LEAST_TURN) & (WITHIN[0] < inner) & (inner < WITHIN[1]) & (BEYOND[0] < outer) & (outer < BEYOND[1])
+    )
+    return np.asarray(sharp & (unknown < 0.5))
+
+
+def _medians(values: Array, of: Indices) -> Array:
+    """Return the medians of the numbers among values (n,) of groups `of` (n,), sorted; anything where all are NaN."""
+    order, counts = np.lexsort((values, of)), np.bincount(of)
+    known = np.bincount(of, ~np.isnan(values)).astype(np.int64)
+    first = np.cumsum(counts) - counts
+    low, high = (values[order[first + np.maximum(middle, 0)]] for middle in ((known - 1) // 2, known // 2))
+    return np.asarray(0.5 * (low + high))
 
 
 def _turns(target: Isosurface, places: Array, up: Array, along: Array, blur: float, deviations: float) -> Array:

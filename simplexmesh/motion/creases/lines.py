@@ -65,7 +65,8 @@ def _without_loops(found: FeatureNetwork, around: float) -> FeatureNetwork:
     ends = [{tuple(end) for end in line.points[[0, -1]].tolist()} for line in found.lines]
     twins = [next((j for j in range(len(ends) - 1, k, -1) if ends[j] == ends[k]), k) for k in range(len(ends))]
     lengths = [line.length for line in found.lines]
-    return found.without(*(k for k, j in enumerate(twins) if j > k and lengths[k] + lengths[j] < around))
+    loops = [k for k, j in enumerate(twins) if j > k and lengths[k] + lengths[j] < around]
+    return found.without(*loops) if loops else found
 
 
 def surface_through(mesh: SimplexMesh, points: Array, noise: float) -> tuple[Array, Indices]:
@@ -83,7 +84,7 @@ def surface_through(mesh: SimplexMesh, points: Array, noise: float) -> tuple[Arr
     vertices, faces = relaxed(*decimated(vertices, faces, wanted))
     for last in (False, False, True):
         normals = vertex_normals(vertices, faces)
-        nearest = cKDTree(vertices).query(points)[1]
+        nearest = cKDTree(vertices).query(points, workers=-1)[1]
         heights = dot(points - vertices[nearest], normals[nearest])
         count = np.bincount(nearest, minlength=len(vertices))
         mean = np.bincount(nearest, heights, len(vertices)) / np.maximum(count, 1)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -78,18 +79,17 @@ class Sharpened:
         return tuple(sorted(out, key=lambda line: -line.length))
 
 
-def sharpened(mesh: SimplexMesh, points: Array, target: Any) -> Sharpened | None:
-    """Return a closed mesh near points (n, 3) with their creases along its edges, or None if they have none.
+def sharpened(mesh: SimplexMesh, points: Array, before: Array, target: Any) -> Sharpened | None:
+    """Return a closed mesh near points (n, 3), `before` (n,) away, with creases along its edges, or None without any.
 
     Creases are the sharp edges of a surface through the points if the mesh rounds most of them by more than the noise
     explains, and does not round these any more once they are its own.
     """
     noise, edge = float(getattr(target, "noise", 0.0)), mean_edge(mesh)
-    before = _away(points, mesh)
     if not (before > 3 * noise + 0.1 * edge).any():
         return None
     lines = crease_lines(mesh, points, noise)
-    beside = [_beside(line, points, edge) for line in lines]
+    beside = _beside(lines, points, edge)
     first = np.array([_mean_square(before[near]) for near in beside])
     certain = CERTAIN * noise**2 * np.sqrt(2 / np.array([max(len(near), 1) for near in beside]))
     rounded = first - noise**2 > certain
@@ -107,16 +107,16 @@ def sharpened(mesh: SimplexMesh, points: Array, target: Any) -> Sharpened | None
     return _laid(Scene(mesh, lines, points, target, ASTRIDE * noise), np.ones(len(lines), bool), worse)
 
 
-def sharpened_volume(mesh: SimplexMesh, points: Array, target: Isosurface) -> Sharpened | None:
+def sharpened_volume(mesh: SimplexMesh, points: Array, away: Array, target: Isosurface) -> Sharpened | None:
     """Return a closed mesh near points of an isosurface with the sharp edges of the object, or None if it has none.
 
-    Creases are lines on the isosurface that are sharp but for the blur of the volume, if most of them are; the sides
-    beyond that blur tell where they meet.
+    `away` (n,) are the distances of the points. Creases are lines on the isosurface that are sharp but for the blur of
+    the volume, if most of them are; the sides beyond that blur tell where they meet.
     """
     blur = blur_of(target, mesh)
     if np.isinf(blur):
         return None
-    lines = crease_lines(mesh, points, float(np.median(_away(points, mesh))))
+    lines = crease_lines(mesh, points, float(np.median(away)))
     if not lines:
         return None
     chosen = are_sharp(lines, mesh, target, blur)
@@ -136,10 +136,11 @@ def _away(points: Array, mesh: SimplexMesh) -> Array:
     return np.asarray(surface_distance(points, *fan(mesh.vertices, mesh.connectivity)))
 
 
-def _beside(line: Line, points: Array, edge: float) -> Indices:
-    """Return the rows of the points beside a line."""
-    away, _ = cKDTree(line.samples(0.2 * edge)[0]).query(points, distance_upper_bound=BESIDE * edge)
-    return np.flatnonzero(away < np.inf)
+def _beside(lines: Sequence[Line], points: Array, edge: float) -> list[Indices]:
+    """Return the rows of the points beside each line."""
+    tree = cKDTree(points)
+    balls = [tree.query_ball_point(line.samples(0.2 * edge)[0], BESIDE * edge) for line in lines]
+    return [np.array(sorted(set(chain.from_iterable(ball))), np.int64) for ball in balls]
 
 
 def _mean_square(away: Array) -> float:

@@ -44,6 +44,11 @@ class Input(ABC):
         """Whether the normals of `samples` are known to point outwards."""
         return False
 
+    @cached_property
+    def diagonal(self) -> float:
+        """Length of the diagonal of the box around the points, in the data's unit."""
+        return float(np.linalg.norm(np.ptp(self.points, axis=0)))
+
     @property
     @abstractmethod
     def resolution(self) -> float:
@@ -145,7 +150,7 @@ class PointsInput(Input):
     @property
     def resolution(self) -> float:
         """The diagonal over the square root of the number of points."""
-        return float(np.linalg.norm(np.ptp(self.points, axis=0))) / max(np.sqrt(len(self.points)), 1.0)
+        return self.diagonal / max(float(np.sqrt(len(self.points))), 1.0)
 
     @property
     def points(self) -> Array:

@@ -16,19 +16,15 @@ from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.mesh.triangulation import fan
 from simplexmesh.motion.model.state import mean_edge
 from simplexmesh.motion.model.untangle import Tangles, filmed, untangled_from
-from simplexmesh.motion.reconstruct.inputs import Input
 from simplexmesh.motion.reconstruct.open_data import border_width
 from simplexmesh.motion.reconstruct.result import LEAST_BARE, Distance, Summary
 from simplexmesh.motion.reconstruct.run import Run
 from simplexmesh.motion.start.primitives import PRIMITIVES
 from simplexmesh.motion.targets.protocol import Target
-from simplexmesh.motion.targets.triangles import Triangles, inside_surface, surface_distance
+from simplexmesh.motion.targets.triangles import Triangles, inside_surface
 from simplexmesh.motion.topology.face_regions import dilated
 from simplexmesh.motion.topology.handles import HandleProposal
 from simplexmesh.numerics.plane_fits import spacing_of
-
-MOST_POINTS = 200_000
-"""Of the data, drawn at random, for distances to the mesh."""
 
 MOST_UNSEEN, MOST_MISSED = 0.25, 0.05
 """Fractions of the model without data nearby, and of the data without model nearby, above which a warning is given."""
@@ -42,19 +38,15 @@ CLEARLY_OPEN = 0.2
 
 @dataclass(frozen=True)
 class Strays:
-    """The start of a motion and the points of its data, which tell where a mesh has strayed.
+    """The start of a motion and the tree of the points of its data, which tell where a mesh has strayed.
 
     A vertex strayed when it, or the center of one of its faces, is farther from the data than the start is at the place
     nearest to it, by `edge`; the mesh strayed from a point of the data that the start was nearer to, by as much.
     """
 
     start: SimplexMesh
-    points: Array
+    tree: cKDTree
     edge: float
-
-    @cached_property
-    def _tree(self) -> cKDTree:
-        return cKDTree(self.points)
 
     @cached_property
     def _surface(self) -> Triangles:
@@ -68,19 +60,20 @@ class Strays:
         """Return the vertices (n,) that strayed by more than a number of edges."""
         c, limit = mesh.connectivity, edges * self.edge
         places = np.concatenate([mesh.vertices, face_centroids(mesh.vertices, c.face_vertices, c.face_offsets)])
-        away = np.asarray(self._tree.query(places, workers=-1)[0])
+        away = np.asarray(self.tree.query(places, workers=-1)[0])
         out = away > limit
         out[mesh.n_vertices :] &= ~c.face_is_hole
         if out.any():
-            out[out] = away[out] > self._tree.query(self.places(places[out]))[0] + limit
+            out[out] = away[out] > self.tree.query(self.places(places[out]))[0] + limit
         return np.asarray(out[: mesh.n_vertices] | out[mesh.n_vertices :][c.vertex_faces].any(axis=1))
 
     def lost(self, mesh: SimplexMesh, zone: Mask) -> Indices:
         """Return the vertices nearest to the points in a zone (n,) that the mesh strayed from, one for each point."""
-        nearest = cKDTree(mesh.vertices).query(self.points, workers=-1)[1]
+        points = self.tree.data
+        nearest = cKDTree(mesh.vertices).query(points, workers=-1)[1]
         here = zone[nearest]
         surfaces = Triangles(mesh.triangulated(method="fan")), self._surface
-        now, then = (surface.closest(self.points[here])[0] for surface in surfaces)
+        now, then = (surface.closest(points[here])[0] for surface in surfaces)
         return np.asarray(nearest[here][now > then + self.edge])
 
     def around(self, mesh: SimplexMesh, strayed: Mask, rings: int) -> Mask:
@@ -95,9 +88,8 @@ def restore(run: Run) -> None:
     """Put back places of a model begun near the data that strayed, if that tangles nothing; warn of the rest."""
     if run.options.init in PRIMITIVES or not run.stages[-1].iterations:
         return
-    points = drawn_points(run.data)
-    scatter = max(spacing_of(points), getattr(run.target, "noise", 0.0))  # of the distances of places to the data
-    strays = Strays(run.start, points, max(mean_edge(run.mesh), 2 * scatter))
+    scatter = max(spacing_of(run.tree), getattr(run.target, "noise", 0.0))  # of the distances of places to the data
+    strays = Strays(run.start, run.tree, max(mean_edge(run.mesh), 2 * scatter))
     if not strays.among(run.mesh).any():
         return
     tangles = restored(Tangles(run.mesh), strays, run.target)
@@ -137,29 +129,20 @@ def _improved(tangles: Tangles, moved: SimplexMesh, strays: Strays) -> Tangles:
     return mixed if mixed.count <= tangles.count else tangles
 
 
-def drawn_points(data: Input) -> Array:
-    """Return the points of the data, drawn at random if they are very many."""
-    points = data.points
-    if len(points) <= MOST_POINTS:
-        return points
-    return points[np.random.default_rng(0).choice(len(points), MOST_POINTS, replace=False)]
-
-
 def measure(run: Run) -> None:
     """Measure the distances both ways, keep that of each vertex on the mesh, and warn of a poor model."""
     run.report(0.95, "measuring")
-    mesh, reach, points = run.mesh, run.stages[-1].reach, drawn_points(run.data)
+    mesh, reach, points = run.mesh, run.stages[-1].reach, run.points
     gaps = run.target.gap(np.ascontiguousarray(mesh.vertices), np.ascontiguousarray(mesh.normals), reach)
     away, unseen = np.abs(gaps), np.isnan(gaps)
     if unseen.any():
-        away[unseen] = cKDTree(points).query(mesh.vertices[unseen], workers=-1)[0]
-    surface = fan(mesh.vertices, mesh.connectivity)
-    missing = surface_distance(points, *surface)
-    limit = max(reach, FAR * float(np.linalg.norm(np.ptp(points, axis=0))))
+        away[unseen] = run.tree.query(mesh.vertices[unseen], workers=-1)[0]
+    missing = run.away(points)
+    limit = max(reach, FAR * run.data.diagonal)
     enclosed = np.zeros(len(points), bool)
     if not mesh.n_holes:
         far = np.flatnonzero(missing > (reach if run.data.layered else limit))  # of points, noise is farther than reach
-        enclosed[far[inside_surface(points[far], *surface)]] = True
+        enclosed[far[inside_surface(points[far], *fan(mesh.vertices, mesh.connectivity))]] = True
     run.distance = Distance(Summary.of(away), Summary.of(missing), Summary.of(missing[enclosed]))
     run.mesh = mesh.with_data(distance=away)
     run.bare = share_of_area(mesh, away > 2 * reach)

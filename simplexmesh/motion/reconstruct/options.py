@@ -7,8 +7,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from simplexmesh._base import checks
 from simplexmesh.data.io.reading import read_mesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
@@ -121,7 +119,7 @@ def _choice(name: str, given: Choice | None, default: str) -> Choice:
 
 def stages_from(start: SimplexMesh, data: Input, options: Options, *, cell: float | None) -> list[Stage]:
     """Return ever lighter stages: three from a start found on a grid of this cell size, five from farther away."""
-    radius = 0.5 * float(np.linalg.norm(np.ptp(data.points, axis=0)))
+    radius = 0.5 * data.diagonal
     edge, rigidity, iterations = mean_edge(start), options.rigidity, options.iterations
     last = max(2 * data.resolution, edge)
     if cell is not None:

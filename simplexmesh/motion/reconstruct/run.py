@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from simplexmesh._base.arrays import Mask
+from simplexmesh._base.arrays import Array, Mask
 from simplexmesh._base.errors import TopologyError, warn
 from simplexmesh._base.progress import Report
 from simplexmesh.mesh.operators.regularize import regularize
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.mesh.triangulation import fan
 from simplexmesh.motion.model.boundary import unfolded_boundary
 from simplexmesh.motion.model.deform import DeformableModel
 from simplexmesh.motion.model.state import Stage, State, is_at_rest, mean_edge
@@ -22,12 +25,16 @@ from simplexmesh.motion.reconstruct.result import UNMEASURED, Distance, Reconstr
 from simplexmesh.motion.start.primitives import ENCLOSING, primitive_around
 from simplexmesh.motion.start.report import Start, StartReport
 from simplexmesh.motion.targets.protocol import Target
+from simplexmesh.motion.targets.triangles import surface_distance
 from simplexmesh.motion.topology.handles import add_handles, given_pairs
 from simplexmesh.motion.topology.holes import given_zones
 from simplexmesh.surface.features.lines.network import FeatureLine
 
 FEWEST_WRAPPED = 60
 """Meshes of fewer vertices would collapse when they are wrapped around the data, and have no room for handles."""
+
+MOST_POINTS = 200_000
+"""Of the data, drawn at random, for distances to the mesh."""
 
 OPEN = 0.05
 """Width of the border of data, in its diagonals, from which no closed model is looked for."""
@@ -59,6 +66,27 @@ class Run:
     tangled: int | None = None
     restored: int = 0
     strayed: int = 0
+    _away: tuple[SimplexMesh, Array, Array] | None = None
+
+    @cached_property
+    def points(self) -> Array:
+        """(m, 3) the points of the data, drawn at random if they are very many."""
+        points = self.data.points
+        if len(points) <= MOST_POINTS:
+            return points
+        return points[np.random.default_rng(0).choice(len(points), MOST_POINTS, replace=False)]
+
+    @cached_property
+    def tree(self) -> cKDTree:
+        """The tree of `points`."""
+        return cKDTree(self.points)
+
+    def away(self, points: Array) -> Array:
+        """Return the distances (m,) of points from the mesh; the last are known as long as neither changes."""
+        if self._away is None or self._away[0] is not self.mesh or self._away[1] is not points:
+            distances = surface_distance(points, *fan(self.mesh.vertices, self.mesh.connectivity))
+            self._away = self.mesh, points, distances
+        return self._away[2]
 
     def move(self, *stages: Stage, until: float) -> None:
         """Move through stages, each until it is at rest; `until` is the share of the motion done then."""

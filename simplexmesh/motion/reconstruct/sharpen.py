@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from simplexmesh.motion.creases.sharpening import sharpened, sharpened_volume
 from simplexmesh.motion.reconstruct.measure import share_of_area
@@ -23,14 +22,13 @@ def sharpen(run: Run) -> None:
         return
     run.report(0.93, "looking for sharp edges")
     if isinstance(target, Isosurface):
-        points = run.data.points
-        rows = np.random.default_rng(0).permutation(len(points))[:MOST_POINTS]
-        found = sharpened_volume(run.mesh, points[rows], target)
+        rows = np.random.default_rng(0).permutation(len(run.points))[:MOST_POINTS]
+        found = sharpened_volume(run.mesh, run.points[rows], run.away(run.points)[rows], target)
     else:
-        points = run.data.samples().points
-        away = cKDTree(points).query(run.mesh.vertices)[0]
+        away = run.tree.query(run.mesh.vertices, workers=-1)[0]
         if share_of_area(run.mesh, away > 2 * run.stages[-1].reach) >= LEAST_BARE:
             return  # the rim of a lid is no crease of the data
-        found = sharpened(run.mesh, points, target)
+        points = run.data.samples().points
+        found = sharpened(run.mesh, points, run.away(points), target)
     if found is not None:
         run.mesh, run.target, run.creases, run.tangled = found.mesh, found.target, found.creases(), 0

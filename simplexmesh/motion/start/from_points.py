@@ -7,6 +7,7 @@ leak, and by iterated Poisson reconstruction.
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import TopologyError
@@ -61,7 +62,7 @@ def _indicator(cloud: PointCloud, vertices: int) -> Indicator:
     if normals is None:
         found = planes(points)
         return oriented_indicator(points, found, _cell(points, found.spacing, vertices))
-    out = Poisson.of(points, _cell(points, spacing_of(points), vertices)).indicator(normals)
+    out = Poisson.of(points, _cell(points, spacing_of(cKDTree(points)), vertices)).indicator(normals)
     return out if out.border.mean() < 0 else Indicator(out.grid, -out.values)
 
 

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
+from scipy.spatial import cKDTree
 
 import simplexmesh as sm
 from simplexmesh.motion.model.state import mean_edge
@@ -18,6 +19,7 @@ from simplexmesh.motion.topology.face_regions import dilated
 START = sm.sphere(16)
 EDGE = mean_edge(START)
 POINTS = sm.sphere(40).vertices
+TREE = cKDTree(POINTS)
 
 
 def distorted(height, width=0.25):
@@ -29,7 +31,7 @@ def distorted(height, width=0.25):
 
 @pytest.mark.parametrize("height", [-0.4, 0.4])
 def test_a_part_off_the_data_is_put_back_and_the_rest_stays(height):
-    mesh, strays = distorted(height), Strays(START, POINTS, EDGE)
+    mesh, strays = distorted(height), Strays(START, TREE, EDGE)
     strayed = strays.among(mesh)
     away = abs(np.linalg.norm(mesh.vertices, axis=1) - 1)
     assert strayed[away > 1.5 * EDGE].all()
@@ -44,15 +46,15 @@ def test_a_part_off_the_data_is_put_back_and_the_rest_stays(height):
 
 def test_what_was_off_the_data_at_the_start_has_not_strayed():
     far = distorted(-0.4)
-    assert Strays(START, POINTS, EDGE).among(far).any()
-    assert not Strays(far, POINTS, EDGE).among(far).any()
+    assert Strays(START, TREE, EDGE).among(far).any()
+    assert not Strays(far, TREE, EDGE).among(far).any()
 
 
 def test_faces_stray_though_their_vertices_are_on_the_data():
     coarse = sm.sphere(3)
     coarse = coarse.moved(coarse.vertices / np.linalg.norm(coarse.vertices, axis=1, keepdims=True))
     sag = 1 - np.linalg.norm(coarse.triangulated("dual").vertices, axis=1)
-    strays = Strays(START, POINTS, 0.5 * sag.min())
+    strays = Strays(START, TREE, 0.5 * sag.min())
     assert strays.among(coarse).all()
     assert not strays.among(coarse, 2.5 * sag.max() / sag.min()).any()
     assert len(strays.lost(coarse, np.ones(coarse.n_vertices, bool))) > 0.1 * len(POINTS)
@@ -61,7 +63,7 @@ def test_faces_stray_though_their_vertices_are_on_the_data():
 
 def test_data_is_lost_where_the_start_reached_it_and_the_mesh_does_not():
     horn, everywhere = distorted(0.4), np.ones(START.n_vertices, bool)
-    strays = Strays(horn, horn.vertices, EDGE)
+    strays = Strays(horn, cKDTree(horn.vertices), EDGE)
     lost = np.unique(strays.lost(START, everywhere))
     assert 20 < len(lost) < 500
     assert (START.vertices[lost, 2] > 0.5).all()

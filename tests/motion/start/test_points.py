@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
+from scipy.spatial import cKDTree
 
 from simplexmesh import PointCloud, TopologyError, read_points, read_triangles
 from simplexmesh.mesh.check import tangled_vertices
@@ -158,7 +159,7 @@ def test_spacing_noise_and_areas_of_a_known_layer():
     rng = np.random.default_rng(0)
     points = np.concatenate([sphere(50).vertices, [[0, 0, 0]]])[:-1]
     area = 4 * np.pi / len(points)
-    assert_allclose(spacing_of(points), np.sqrt(area), rtol=0.05)
+    assert_allclose(spacing_of(cKDTree(points)), np.sqrt(area), rtol=0.05)
     rough = planes(points * (1 + 0.3 * np.sqrt(area) * rng.normal(size=(len(points), 1))))
     assert_allclose(rough.noise, 0.3 * np.sqrt(area), rtol=0.15)
     assert_allclose(Poisson.of(points, 1.5 * np.sqrt(area)).areas.sum(), 4 * np.pi, rtol=0.1)
