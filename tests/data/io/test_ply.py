@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
 import simplexmesh as sm
-from simplexmesh.data.io.ply import _Irregular, _rows_of_numbers, read_ply
+from simplexmesh.data.io.ply import read_ply
 
 POINTS = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
 FACES = "element face 4\nproperty list uchar int vertex_indices\n"
@@ -135,20 +135,3 @@ def test_text_is_read_as_plyfile_reads_it(tmp_path_factory, content):
     assert_array_equal(points, np.stack([wanted["vertex"][c] for c in "xyz"], axis=1))
     faces = [row.tolist() for row in wanted["face"]["vertex_indices"] if len(row)]
     assert faces == (found.faces.tolist() if isinstance(found, sm.TriangleMesh) else [])
-
-
-@given(
-    st.lists(
-        st.floats().map(repr) | st.sampled_from(["1.", "-.5", "+2E3", "007", "1e22", "1e-23", "9" * 17]), min_size=3
-    )
-)
-def test_words_of_text_are_read_as_python_reads_them(words):
-    numbers, starts, ends = _rows_of_numbers("\n".join(words).encode())
-    assert_array_equal(numbers, [float(word) for word in words])
-    assert_array_equal(np.stack([starts, ends]), [np.arange(len(words)), np.arange(1, len(words) + 1)])
-
-
-@pytest.mark.parametrize("word", ["-", ".", "e5", "1e", "1e+", "1_0", "0x1", "1.2.3", "--1", "1-"])
-def test_other_words_are_irregular(word):
-    with pytest.raises(_Irregular):
-        _rows_of_numbers(f"1 2\n3 {word}".encode())
