@@ -19,6 +19,9 @@ from simplexmesh.surface.features.lines.network import FeatureNetwork
 POINTS_PER_VERTEX = 5.0
 """Of the surface, at least: fewer leave noise, more blur the edges."""
 
+COARSE = 0.01
+"""Share of the edges that may be longer than wanted before edges are collapsed, which evens out shorter ones only."""
+
 NOISE = 0.08
 """In edges of the surface: more noise than that, in means of the points of a vertex, is averaged over more points."""
 
@@ -56,8 +59,15 @@ def at_distances(points: Array, far: Array, along: Array) -> Array:
 def crease_lines(mesh: SimplexMesh, points: Array, noise: float) -> list[Line]:
     """Return the sharp edges of points (n, 3) near a closed mesh, which has rounded them, the longest first."""
     vertices, faces = surface_through(mesh, points, noise)
-    found = _without_loops(feature_lines(TriangleMesh(vertices, faces)), 6 * mean_edge(mesh))
+    side = resolution(mesh.area / len(points), noise)
+    found = _without_loops(feature_lines(TriangleMesh(vertices, faces)), 6 * max(mean_edge(mesh), side))
     return [Line(line.points, line.closed, float(line.angle.mean())) for line in found.lines]
+
+
+def resolution(area: float, noise: float) -> float:
+    """Return the mean edge of the surface through points that have an area each."""
+    spacing = np.sqrt(2 / np.sqrt(3) * area)
+    return float(spacing * np.sqrt(max(POINTS_PER_VERTEX, noise / (NOISE * spacing))))
 
 
 def _without_loops(found: FeatureNetwork, around: float) -> FeatureNetwork:
@@ -76,10 +86,9 @@ def surface_through(mesh: SimplexMesh, points: Array, noise: float) -> tuple[Arr
     """
     surface = mesh.triangulated(method="dual")
     vertices, faces = np.array(surface.vertices), np.array(surface.faces, np.int64)
-    area = surface.area / len(points)
-    averaged = max(POINTS_PER_VERTEX, noise / (NOISE * np.sqrt(2 / np.sqrt(3) * area)))
-    wanted = int(2 * len(points) / averaged)
-    while len(faces) < 1.2 * wanted:
+    side = resolution(surface.area / len(points), noise)
+    wanted = int(4 / np.sqrt(3) * surface.area / side**2)
+    while (norm(vertices[faces] - vertices[np.roll(faces, 1, axis=1)]) > side).mean() > COARSE:
         vertices, faces = subdivided(vertices, faces)
     vertices, faces = relaxed(*decimated(vertices, faces, wanted))
     for last in (False, False, True):

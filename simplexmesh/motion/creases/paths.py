@@ -176,7 +176,8 @@ def _exits(trace: Tracing, lines: Sequence[Line], ends: dict[int, End], at: list
         around = trace.mesh.neighbors[vertex].astype(np.int64)
         towards = np.array([_ahead(lines[k].points[:: -1 if last else 1], AHEAD * trace.edge) for k, last in those])
         edges = trace.mesh.vertices[around] - trace.mesh.vertices[vertex]
-        chosen = _matched(edges, towards, trace.mesh.normals[vertex])
+        near = trace.mesh.neighbors[trace.mesh.neighbors[around]]  # one vertex of a corner may face anywhere
+        chosen = _matched(edges, towards, normalized(trace.mesh.normals[near].sum(axis=(0, 1, 2))))
         out |= {end: int(around[place]) for end, place in zip(those, chosen, strict=True)}
     return out
 
@@ -236,6 +237,14 @@ def _through(trace: Tracing, line: Line, start: int, end: int) -> Indices:
         trace.taken[leg] = True
         out.extend(leg[1:])
     return np.array(out)
+
+
+def respaced(mesh: SimplexMesh, paths: Sequence[Path]) -> Array:
+    """Return the vertices (n, 3) with those of paths moved along these, where they are close or passed each other."""
+    vertices = mesh.vertices.copy()
+    for path in paths:
+        vertices[path.vertices] = _places(mesh, path.vertices, Line(mesh.vertices[path.vertices], path.closed, 0.0))
+    return vertices
 
 
 def _places(mesh: SimplexMesh, path: Indices, line: Line) -> Array:

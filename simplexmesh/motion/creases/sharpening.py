@@ -20,9 +20,10 @@ from simplexmesh.mesh.face_geometry import face_normals
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.mesh.triangulation import fan
 from simplexmesh.motion.creases.blurred import are_sharp, blur_of
-from simplexmesh.motion.creases.lines import Line, crease_lines
-from simplexmesh.motion.creases.paths import Path, on_paths, traced
+from simplexmesh.motion.creases.lines import Line, crease_lines, resolution
+from simplexmesh.motion.creases.paths import Path, on_paths, respaced, traced
 from simplexmesh.motion.creases.sides import Sided
+from simplexmesh.motion.creases.unfolding import unfolded
 from simplexmesh.motion.model.deform import DeformableModel
 from simplexmesh.motion.model.state import mean_edge
 from simplexmesh.motion.model.untangle import filmed, untangled
@@ -104,7 +105,8 @@ def sharpened(mesh: SimplexMesh, points: Array, before: Array, target: Any) -> S
 
     if not _are_most(rounded, lines):
         return None
-    return _laid(Scene(mesh, lines, points, target, ASTRIDE * noise), np.ones(len(lines), bool), worse)
+    wide = resolution(mesh.area / len(points), noise)
+    return _laid(Scene(mesh, lines, points, target, ASTRIDE * noise, wide), np.ones(len(lines), bool), worse)
 
 
 def sharpened_volume(mesh: SimplexMesh, points: Array, away: Array, target: Isosurface) -> Sharpened | None:
@@ -116,13 +118,15 @@ def sharpened_volume(mesh: SimplexMesh, points: Array, away: Array, target: Isos
     blur = blur_of(target, mesh)
     if np.isinf(blur):
         return None
-    lines = crease_lines(mesh, points, float(np.median(away)))
+    noise = float(np.median(away))
+    lines = crease_lines(mesh, points, noise)
     if not lines:
         return None
     chosen = are_sharp(lines, mesh, target, blur)
     if not _are_most(chosen, lines):
         return None
-    return _laid(Scene(mesh, lines, points, target, ROUNDED * blur), chosen, lambda _: np.zeros(len(lines), bool))
+    scene = Scene(mesh, lines, points, target, ROUNDED * blur, resolution(mesh.area / len(points), noise))
+    return _laid(scene, chosen, lambda _: np.zeros(len(lines), bool))
 
 
 def _are_most(chosen: Mask, lines: Sequence[Line]) -> bool:
@@ -150,13 +154,17 @@ def _mean_square(away: Array) -> float:
 
 @dataclass(frozen=True)
 class Scene:
-    """A smooth mesh, lines to be laid on it, and data: points nearer to a crease than `rounded` belong to no side."""
+    """A smooth mesh, lines to be laid on it, and data: points nearer to a crease than `rounded` belong to no side.
+
+    The lines were found on a surface whose triangles have edges of `resolution`.
+    """
 
     mesh: SimplexMesh
     lines: Sequence[Line]
     points: Array
     target: Any
     rounded: float
+    resolution: float
 
     @cached_property
     def edge(self) -> float:
@@ -199,7 +207,7 @@ def _laid(scene: Scene, chosen: Mask, worse: Callable[[Sharpened], Mask | None])
 
 def _moved_onto(scene: Scene, chosen: Indices) -> Sharpened | None:
     """Return the mesh with paths laid on chosen lines, and then where sides meet; None if no line has a path."""
-    mesh, edge = scene.mesh, scene.edge
+    mesh, edge, reach = scene.mesh, scene.edge, max(scene.edge, scene.resolution)
     paths = [replace(path, line=int(chosen[path.line])) for path in traced(mesh, [scene.lines[k] for k in chosen])]
     if not paths:
         return None
@@ -212,14 +220,17 @@ def _moved_onto(scene: Scene, chosen: Indices) -> Sharpened | None:
     sided = Sided(now, paths, scene.points, scene.target, scene.rounded)
     try:
         now = _settled(now, sided, creased, 40, edge)
+        now = now.moved(sided.met(now, paths, reach))
+        sided = Sided(now, paths, scene.points, scene.target, scene.rounded)  # points near lines may change sides
         for _ in range(2):
-            now = _settled(now.moved(sided.met(now, paths, edge)), sided, creased, 20, edge)
-        for rings in (1, 2):
+            now = now.moved(respaced(now, paths))
+            now = now.moved(sided.met(now, paths, reach))
+            now = _settled(now, sided, creased, 20, edge)
+        for rings in (1, 2, 3):
             tangled = tangled_vertices(now)
             if not tangled.any():
                 break
-            film = filmed(now, dilated(tangled, mesh.neighbors, rings) & ~creased)
-            other = _settled(film, sided, creased, 20, edge)
+            other = unfolded(now, dilated(tangled, mesh.neighbors, rings) & ~creased)
             now = other if tangled_vertices(other).sum() < tangled.sum() else now
         out, creased = _released(now, sided, creased, edge)
     except DivergedError as error:

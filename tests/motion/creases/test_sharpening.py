@@ -138,7 +138,7 @@ def test_loops_smaller_than_a_face_are_no_lines(seed):
 def test_lines_that_the_model_is_worse_with_go_out(models):
     points, smooth = box_points(), models[1].mesh
     lines = [sharpening.Line(line.points, line.closed, 1.5) for line in models[0].creases]
-    scene, rows = sharpening.Scene(smooth, lines, points, sm.targets.Points(points), 0.0), np.arange(12)
+    scene, rows = sharpening.Scene(smooth, lines, points, sm.targets.Points(points), 0.0, 0.0), np.arange(12)
     found = sharpening._laid(scene, rows < 12, lambda _: rows == 3)
     assert sorted({path.line for path in found.paths}) == np.delete(rows, 3).tolist()
     assert sharpening._laid(scene, rows < 12, lambda _: None) is None
@@ -170,3 +170,10 @@ class TestFlatFaces:
         vertices[loop] = vertices[loop[[0, 2, 4, 1, 3]]] + 1e-3 * np.arange(5)[:, None] * vertices[loop].mean(axis=0)
         pairs = self_intersections(vertices, c)
         assert [face, face] in pairs.tolist()
+
+
+def test_a_model_finer_than_its_data_shows_has_the_edges_of_a_box():
+    """Near edges its vertices are closer than points, and lines must not be sought at their scale."""
+    creases = sm.reconstruct(box_points(count=8000, seed=3), vertices=4000).creases
+    assert len(creases) == 12
+    assert sum(line.length for line in creases) == pytest.approx(8 * HALF.sum(), rel=0.005)

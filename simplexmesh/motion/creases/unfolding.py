@@ -1,0 +1,78 @@
+"""Faces unfolded in their own planes: where vertices on creases are held, means of neighbors may lie beyond them."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import minimize
+from scipy.sparse import csr_array
+
+from simplexmesh._base.arrays import Array, Indices, Mask
+from simplexmesh._base.vectors import dot, normalized
+from simplexmesh.mesh.connectivity import Connectivity
+from simplexmesh.mesh.face_geometry import face_normals
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+
+LEAST = 0.3
+"""Area of a triangle, in means of those of its kind there, above which it is let be."""
+
+HELD = 1e-3
+"""Weight of squared moves, in roots of mean areas."""
+
+
+def unfolded(mesh: SimplexMesh, free: Mask) -> SimplexMesh:
+    """Return a mesh with some vertices (n,) moved little, so that their faces, and their neighbors, turn one way.
+
+    Triangles between sides and centers of faces, and those of the neighbors of free vertices, get areas of at least a
+    share of the mean, seen along the normals that the faces have now.
+    """
+    c, rows = mesh.connectivity, np.flatnonzero(free)
+    faces = np.unique(c.vertex_faces[rows]).astype(np.int64)
+    corners, of = _triangles(c, faces, mesh.neighbors[rows].astype(np.int64))
+    across = face_normals(mesh.vertices, c.face_vertices, c.face_offsets)
+    normals = np.concatenate([across[faces][of], normalized(across[c.vertex_faces[rows]].sum(axis=1))])
+    places = mesh.vertices.copy()
+
+    def areas(vertices: Array) -> tuple[Array, Array, Array]:
+        p, q, r = (corner @ vertices for corner in corners)
+        return dot(np.cross(q - p, r - p), normals), np.cross(r - p, normals), np.cross(normals, q - p)
+
+    whole = np.abs(areas(places)[0])
+    whole[: len(of)], whole[len(of) :] = whole[: len(of)].mean(), whole[len(of) :].mean()
+    length = float(np.sqrt(whole.mean()))
+
+    def cost(moves: Array) -> tuple[float, Array]:
+        vertices = places.copy()
+        vertices[rows] += length * moves.reshape(-1, 3)
+        area, by_q, by_r = areas(vertices)
+        short = np.maximum(LEAST - area / whole, 0.0)
+        pull = (-2 * length * short / whole)[:, None]
+        slope = corners[1].T @ (pull * by_q) + corners[2].T @ (pull * by_r) - corners[0].T @ (pull * (by_q + by_r))
+        return (short**2).sum() + HELD * (moves**2).sum(), slope[rows].ravel() + 2 * HELD * moves
+
+    found = minimize(cost, np.zeros(3 * len(rows)), jac=True, method="L-BFGS-B", options={"maxiter": 200})
+    places[rows] += length * found.x.reshape(-1, 3)
+    return mesh.moved(places)
+
+
+def _triangles(c: Connectivity, faces: Indices, near: Indices) -> tuple[list[csr_array], Indices]:
+    """Return the corners of triangles (t,), as three matrices (t, n) of shares of vertices, and the faces of the first.
+
+    First those between the center and the sides of some faces, then those of neighbors (m, 3) of vertices.
+    """
+    sizes = c.face_sizes[faces].astype(np.int64)
+    of = np.repeat(np.arange(len(faces)), sizes)
+    start = np.cumsum(sizes) - sizes
+    turn = np.arange(len(of)) - start[of]
+    first = c.face_vertices[c.face_offsets[faces][of] + turn]
+    second = c.face_vertices[c.face_offsets[faces][of] + (turn + 1) % sizes[of]]
+    own = np.arange(len(of))
+    inside = np.repeat(own, sizes[of])
+    turn = np.arange(len(inside)) - np.repeat(np.cumsum(sizes[of]) - sizes[of], sizes[of])
+    center = inside, first[start[of][inside] + turn], 1 / sizes[of][inside]
+    rest, ones = len(of) + np.arange(len(near)), np.ones(len(of))
+    out = []
+    for k, (rows, columns, shares) in enumerate([center, (own, first, ones), (own, second, ones)]):
+        at = np.concatenate([rows, rest]), np.concatenate([columns, near[:, k]])
+        entries = np.concatenate([shares, np.ones(len(near))])
+        out.append(csr_array((entries, at), shape=(len(of) + len(near), c.n_vertices)))
+    return out, of
