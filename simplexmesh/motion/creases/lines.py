@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices
@@ -71,12 +73,20 @@ def resolution(area: float, noise: float) -> float:
 
 
 def _without_loops(found: FeatureNetwork, around: float) -> FeatureNetwork:
-    """Return lines without the longer of two that lead from node to node and enclose less than a face of the model."""
-    ends = [{tuple(end) for end in line.points[[0, -1]].tolist()} for line in found.lines]
-    twins = [next((j for j in range(len(ends) - 1, k, -1) if ends[j] == ends[k]), k) for k in range(len(ends))]
-    lengths = [line.length for line in found.lines]
-    loops = [k for k, j in enumerate(twins) if j > k and lengths[k] + lengths[j] < around]
-    return found.without(*loops) if loops else found
+    """Return lines without those that sharper ones lead around within less than a face of the model."""
+    lines, lengths = found.lines, np.array([line.length for line in found.lines])
+    ends = np.array([line.points[[0, -1]] for line in lines]).reshape(-1, 3)
+    nodes = np.unique(ends, axis=0, return_inverse=True)[1].reshape(-1, 2)
+    middles = 2 * len(lines) + np.arange(len(lines))  # nodes too: several lines may lead from one node to another
+    kept = np.ones(len(lines), bool)
+    for k in np.argsort([line.angle.mean() for line in lines]):
+        if lengths[k] < around and nodes[k, 0] != nodes[k, 1]:
+            kept[k] = False
+            halves, ways = np.repeat(lengths[kept] / 2, 2), (nodes[kept].ravel(), np.repeat(middles[kept], 2))
+            graph = csr_array((halves, ways), shape=(3 * len(lines),) * 2)
+            far = dijkstra(graph, directed=False, indices=nodes[k, 0], limit=around - lengths[k])[nodes[k, 1]]
+            kept[k] = np.isinf(far)
+    return found if kept.all() else found.without(*np.flatnonzero(~kept).tolist())
 
 
 def surface_through(mesh: SimplexMesh, points: Array, noise: float) -> tuple[Array, Indices]:
