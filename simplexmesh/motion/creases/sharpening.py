@@ -171,9 +171,16 @@ class Scene:
         """The mean edge."""
         return mean_edge(self.mesh)
 
+    @cached_property
+    def tree(self) -> cKDTree:
+        """The tree of the points."""
+        return cKDTree(self.points)
+
     def strays(self, found: Sharpened) -> Mask:
-        """Return the lines (k,) nearest to points that the mesh was nearer to by an edge before it had creases."""
+        """Return the lines (k,) nearest to points, and vertices, that were nearer by an edge without creases."""
         lost = self.points[_away(self.points, found.mesh) > _away(self.points, self.mesh) + self.edge]
+        before, now = (self.tree.query(mesh.vertices, workers=-1)[0] for mesh in (self.mesh, found.mesh))
+        lost = np.concatenate([lost, found.mesh.vertices[now > before + self.edge]])
         samples = [line.samples(self.edge)[0] for line in self.lines]
         of = np.repeat(np.arange(len(self.lines)), [len(line) for line in samples])
         nearest = of[cKDTree(np.concatenate(samples)).query(lost)[1]]
