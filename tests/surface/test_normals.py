@@ -252,7 +252,7 @@ def test_both_solvers_and_both_twins_find_the_same_normal(seed):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_the_search_equals_the_corrected_algorithm_step_by_step(seed, monkeypatch):
+def test_the_search_equals_the_corrected_algorithm(seed, monkeypatch):
     points = rough_ring(seed, 7)
     start = reference_normals.plane(points[0], points[1:], points[0] - points[1:].mean(axis=0) + 1e-9)
     calls, harmonics = [], reference_normals.harmonics

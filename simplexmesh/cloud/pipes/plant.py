@@ -74,8 +74,9 @@ class Plant(Pipes):
     --------
     >>> import numpy as np, simplexmesh as sm
     >>> turn, height = np.random.default_rng(0).uniform([0, 0], [2 * np.pi, 12], (6000, 2)).T
-    >>> sm.extract_pipes(np.stack([np.cos(turn), np.sin(turn), height], axis=1))
-    Plant(1 line, 1 element, 5,984 of 6,000 points)
+    >>> plant = sm.extract_pipes(np.stack([np.cos(turn), np.sin(turn), height], axis=1))
+    >>> len(plant.lines), [element.kind for element in plant.lines[0].elements]
+    (1, ['straight'])
     """
 
     lines: tuple[PipeLine, ...]
