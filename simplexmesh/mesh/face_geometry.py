@@ -8,7 +8,7 @@ from simplexmesh._base.arrays import Array, Indices32
 from simplexmesh._base.vectors import cross, dot, norm, normalized
 
 STEEP = 0.7
-"""Cosine between the normals of a face and a vertex; figures are the same from 0.5 to 0.9."""
+"""Cosine between the normals of a face and a vertex; figures of smooth bodies are the same from 0.5 to 0.9."""
 
 
 def following(face_vertices: Indices32, face_offsets: Indices32) -> Indices32:
@@ -32,8 +32,8 @@ def curved_centers(vertices: Array, normals: Array, face_vertices: Indices32, fa
     """Return each face's centroid (f, 3), lifted onto the smooth surface that the vertices and their unit normals tell.
 
     Half the way to the mean of its projections onto the tangent planes, which is exact on paraboloids: T. Boubekeur and
-    M. Alexa, Phong tessellation, ACM Trans. Graph. 27 (2008) 141. Planes that are `STEEP`, as across a crease, tell
-    nothing.
+    M. Alexa, Phong tessellation, ACM Trans. Graph. 27 (2008) 141. Planes that are `STEEP`, as across a crease, and
+    normals of zero tell nothing.
     """
     centroids, sizes = face_centroids(vertices, face_vertices, face_offsets), np.diff(face_offsets)
     tangent = normals[face_vertices]

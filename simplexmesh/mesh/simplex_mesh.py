@@ -260,8 +260,6 @@ class SimplexMesh(Located):
     def transformed(self, T_target_source: ArrayLike) -> SimplexMesh:
         """Return the mesh in the target frame of a (4, 4) affine; reflections, which turn it inside out, are refused.
 
-        The array `velocity`, if it has one, turns with it; other arrays stay.
-
         Examples
         --------
         >>> from simplexmesh.mesh.shapes import sphere
@@ -271,8 +269,7 @@ class SimplexMesh(Located):
         T = checks.affine("T_target_source", T_target_source)
         if np.linalg.slogdet(T[:3, :3])[0] < 0:
             raise ValueError("T_target_source must keep the orientation of a simplex mesh; it is a reflection")
-        out = self.moved(self.vertices @ T[:3, :3].T + T[:3, 3])
-        return out.with_data(velocity=out.data["velocity"] @ T[:3, :3].T) if "velocity" in out.data else out
+        return self.moved(self.vertices @ T[:3, :3].T + T[:3, 3])
 
     # ---- imported when called: these belong to higher packages, but users look for them on the mesh
 
@@ -306,7 +303,7 @@ class SimplexMesh(Located):
         if method == "dual":
             (points, triangles), of = triangulation.dual_triangles(self.vertices, c), triangulation.data_of_dual
         elif method == "curved":
-            points, triangles = triangulation.curved_fan(self.vertices, self.normals, c)
+            points, triangles = triangulation.curved_fan(self.vertices, self.normals, c, self.data.get("crease"))
         else:
             points, triangles = triangulation.fan(self.vertices, c)
         kind = importlib.import_module("simplexmesh.data.triangles").TriangleMesh

@@ -27,10 +27,19 @@ def fan(vertices: Array, connectivity: Connectivity, faces: Indices | None = Non
     return np.concatenate([vertices, face_geometry.face_centroids(vertices, corners, offsets)]), triangles
 
 
-def curved_fan(vertices: Array, normals: Array, connectivity: Connectivity) -> tuple[Array, Indices]:
-    """Return what `fan` does, with centers on the curved surface instead of centroids."""
+def curved_fan(
+    vertices: Array, normals: Array, connectivity: Connectivity, crease: NDArray[Any] | None
+) -> tuple[Array, Indices]:
+    """Return what `fan` does, with centers on the curved surface instead of centroids.
+
+    The normals of vertices on holes and creases (n,) are of one side, or between two, and tell nothing.
+    """
     c = connectivity
     points, triangles = fan(vertices, c)
+    told = ~c.face_is_hole[c.face].any(axis=1)
+    if crease is not None:
+        told &= np.asarray(crease) == 0
+    normals = np.where(told[:, None], normals, 0.0)
     centers = face_geometry.curved_centers(vertices, normals, c.face_vertices, c.face_offsets)
     return np.concatenate([points[: len(vertices)], centers[~c.face_is_hole]]), triangles
 

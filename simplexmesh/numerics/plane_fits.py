@@ -27,8 +27,9 @@ def planes(points: Array) -> Planes:
     """Return the planes through the nearest neighbors of each point: 16, or 40 if the noise exceeds 0.45 spacings."""
     tree, few = cKDTree(points), min(FEW_NEIGHBORS, len(points))
     some = _fit(tree, _some(tree), few)
-    noisy = some.noise > NOISE_RATIO * some.spacing and len(points) > 2 * MANY_NEIGHBORS
-    return _fit(tree, points, MANY_NEIGHBORS if noisy else few)
+    if some.noise > NOISE_RATIO * some.spacing and len(points) > 2 * MANY_NEIGHBORS:
+        return _fit(tree, points, MANY_NEIGHBORS)
+    return some if len(some.normals) == len(points) else _fit(tree, points, few)
 
 
 def spacing_of(tree: cKDTree) -> float:

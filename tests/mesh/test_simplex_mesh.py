@@ -96,6 +96,14 @@ def test_the_curved_fan_of_an_ellipsoid_is_closer_to_it_and_leaves_holes_open():
     assert len(ALL["plane"].triangulated("curved").faces) == len(ALL["plane"].triangulated("fan").faces)
 
 
+def test_the_curved_fan_takes_nothing_from_normals_on_creases_and_holes():
+    creased = BALL.with_data(crease=np.ones(BALL.n_vertices, np.uint8))
+    assert_array_equal(creased.triangulated("curved").vertices, BALL.triangulated("fan").vertices)
+    tube = sm.cylinder(24, 10)
+    away = [np.abs(np.linalg.norm(tube.triangulated(m).vertices[:, :2], axis=1) - 1).max() for m in ("fan", "curved")]
+    assert away[1] < 0.5 * away[0]
+
+
 def test_saved_and_read_back(tmp_path):
     mesh = ALL["plane"].with_data(weight=np.arange(ALL["plane"].n_vertices))
     mesh.save(tmp_path / "plane.vtp")

@@ -24,6 +24,9 @@ POINTS_PER_VERTEX = 5.0
 COARSE = 0.01
 """Share of the edges that may be longer than wanted before edges are collapsed, which evens out shorter ones only."""
 
+MOST = 4
+"""Triangles before some are collapsed, in those wanted, above which none are divided: all are, also short ones."""
+
 NOISE = 0.08
 """In edges of the surface: more noise than that, in means of the points of a vertex, is averaged over more points."""
 
@@ -89,6 +92,11 @@ def _without_loops(found: FeatureNetwork, around: float) -> FeatureNetwork:
     return found if kept.all() else found.without(*np.flatnonzero(~kept).tolist())
 
 
+def _lengths(vertices: Array, faces: Indices) -> Array:
+    """Return the lengths (t, 3) of the sides of triangles."""
+    return norm(vertices[faces] - vertices[np.roll(faces, 1, axis=1)])
+
+
 def surface_through(mesh: SimplexMesh, points: Array, noise: float) -> tuple[Array, Indices]:
     """Return an even triangulation near a mesh, each vertex moved along its normal to the mean of the points around it.
 
@@ -98,7 +106,7 @@ def surface_through(mesh: SimplexMesh, points: Array, noise: float) -> tuple[Arr
     vertices, faces = np.array(surface.vertices), np.array(surface.faces, np.int64)
     side = resolution(surface.area / len(points), noise)
     wanted = int(4 / np.sqrt(3) * surface.area / side**2)
-    while (norm(vertices[faces] - vertices[np.roll(faces, 1, axis=1)]) > side).mean() > COARSE:
+    while len(faces) < MOST * wanted and (_lengths(vertices, faces) > side).mean() > COARSE:
         vertices, faces = subdivided(vertices, faces)
     vertices, faces = relaxed(*decimated(vertices, faces, wanted))
     for last in (False, False, True):

@@ -240,7 +240,7 @@ def _through(trace: Tracing, line: Line, start: int, end: int) -> Indices:
 
 
 def respaced(mesh: SimplexMesh, paths: Sequence[Path]) -> Array:
-    """Return the vertices (n, 3) with those of paths moved along these, where they are close or passed each other."""
+    """Return the vertices (n, 3) with those of paths spread along these, in their order."""
     vertices = mesh.vertices.copy()
     for path in paths:
         vertices[path.vertices] = _places(mesh, path.vertices, Line(mesh.vertices[path.vertices], path.closed, 0.0))

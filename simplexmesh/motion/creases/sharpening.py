@@ -180,7 +180,7 @@ class Scene:
         """Return the lines (k,) nearest to points, and vertices, that were nearer by an edge without creases."""
         lost = self.points[_away(self.points, found.mesh) > _away(self.points, self.mesh) + self.edge]
         before, now = (self.tree.query(mesh.vertices, workers=-1)[0] for mesh in (self.mesh, found.mesh))
-        lost = np.concatenate([lost, found.mesh.vertices[now > before + self.edge]])
+        lost = np.concatenate([lost, found.mesh.vertices[now > before + max(self.edge, self.resolution)]])
         samples = [line.samples(self.edge)[0] for line in self.lines]
         of = np.repeat(np.arange(len(self.lines)), [len(line) for line in samples])
         nearest = of[cKDTree(np.concatenate(samples)).query(lost)[1]]

@@ -26,6 +26,8 @@ def unfolded(mesh: SimplexMesh, free: Mask) -> SimplexMesh:
     share of the mean, seen along the normals that the faces have now.
     """
     c, rows = mesh.connectivity, np.flatnonzero(free)
+    if not len(rows):
+        return mesh
     faces = np.unique(c.vertex_faces[rows]).astype(np.int64)
     corners, of = _triangles(c, faces, mesh.neighbors[rows].astype(np.int64))
     across = face_normals(mesh.vertices, c.face_vertices, c.face_offsets)

@@ -60,9 +60,8 @@ class DeformableModel:
     Parameters
     ----------
     mesh : SimplexMesh
-        The start. Its data arrays `metric`, `rigidity`, `constraint` and `reference_angle` are defaults here, and
-        `velocity` (n, 3) is its last step, so that a model made of the edited `mesh` of another goes on. The curvature
-        of vertices on creases, marked by its data array `crease`, is in no average; `free` is their default.
+        The start. Its data arrays `metric`, `rigidity`, `constraint` and `reference_angle` are defaults here. The
+        curvature of vertices on creases, marked by its data array `crease`, is in no average; `free` is their default.
     target : Target, optional
         The data that attracts the mesh; see `simplexmesh.targets`. Without it only the internal force and `forces` act.
     rigidity : int or (n,) array of int
@@ -81,6 +80,8 @@ class DeformableModel:
         The mean curvature prescribed by the constraint `curvature`, positive on a sphere.
     reference : SimplexMesh, optional
         The shape that the constraint `shape` restores: same connectivity, any position and scale.
+    velocity : (n, 3) array of float, optional
+        The step of each vertex before the first, as `velocity` of another model that this one continues. Default: 0.
     adaptation : float
         Strength, 0 (never) to 1, of adapting metric parameters to curvature every 10 iterations; 0.25 is strong.
     seeking : float
@@ -121,6 +122,7 @@ class DeformableModel:
         metric: ArrayLike | None = None,
         curvature: float | ArrayLike | None = None,
         reference: SimplexMesh | None = None,
+        velocity: ArrayLike | None = None,
         adaptation: float = 0.0,
         seeking: float = 0.8,
         forces: Force | Sequence[Force] = (),
@@ -158,7 +160,7 @@ class DeformableModel:
         self.metric, self._reference_angle, self._prescribed = references(
             mesh, self.constraint, metric=metric, curvature=curvature, reference=reference
         )
-        self._allocate(mesh.vertices)
+        self._allocate(mesh.vertices, 0.0 if velocity is None else checks.array("velocity", velocity, (n, 3)))
         self._release, self._confines = Release(n), Confines(mesh.vertices, self._neighbors, target)
         self._contours: Contours | None = None
         self._pinned = any(condition.pinned for condition in conditions)
@@ -166,9 +168,8 @@ class DeformableModel:
             attraction = BorderAttraction.of(target if mesh.n_holes else None, mean_edge(mesh), seeking)
             self._contours = Contours(mesh, mesh if reference is None else reference, attraction, conditions)
 
-    def _allocate(self, vertices: Array) -> None:
+    def _allocate(self, vertices: Array, velocity: Array | float) -> None:
         n = len(vertices)
-        velocity = checks.array("data['velocity']", self._start.data.get("velocity", np.zeros((n, 3))), (n, 3))
         self._vertices, self._previous, self._next = vertices.copy(), vertices - velocity, vertices.copy()
         self._frames = Frames(np.zeros((n, 3)), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n, np.int8))
         self._averages = Averages(self._frames, self._neighbors)
@@ -178,8 +179,13 @@ class DeformableModel:
 
     @property
     def mesh(self) -> SimplexMesh:
-        """The present mesh; with its arrays `metric` and `velocity`, the last step, another model goes on."""
-        return self._start.moved(self._vertices).with_data(metric=self.metric, velocity=self._vertices - self._previous)
+        """The present mesh, with its reference metric parameters as data array `metric`."""
+        return self._start.moved(self._vertices).with_data(metric=self.metric)
+
+    @property
+    def velocity(self) -> Array:
+        """(n, 3) the last step of each vertex; as an array of a mesh it goes through edits."""
+        return self._vertices - self._previous
 
     def run(self, iterations: int, *, every: int = 1, tolerance: float = 0.0, warnings: bool = True) -> Iterator[State]:
         """Iterate, yielding the state regularly, so that a loop can monitor, draw or stop the motion.

@@ -132,7 +132,7 @@ class Run:
         """Return the model as it is now."""
         c = self.mesh.connectivity
         irregular = np.flatnonzero(((c.face_sizes < 5) | (c.face_sizes > 7)) & ~c.face_is_hole)
-        mesh = with_data_of(self.mesh.with_data(velocity=None), self.data.source)
+        mesh = with_data_of(self.mesh, self.data.source)
         return Reconstruction(
             mesh, self.distance, tuple(self.history), self.converged, self.start, self.found, self.tangled,
             self.interrupted, replace(self.topology, exceptions=tuple(irregular.tolist())), self.bare,

@@ -285,33 +285,32 @@ def test_parameters_of_the_mesh_are_the_defaults():
 # ---- velocities
 
 
-def test_a_model_of_the_mesh_of_another_goes_on():
+def test_a_model_with_the_velocity_of_another_goes_on():
     start = noisy_sphere()
     whole, first = (sm.DeformableModel(start, damping=0.1) for _ in range(2))
     for _ in range(10):
         whole.step(), first.step()
-    turn, shift = rotation(1), np.array([5.0, -3.0, 2.0])
-    motion = np.vstack([np.column_stack([turn, shift]), [0, 0, 0, 1]])
-    second = sm.DeformableModel(first.mesh.transformed(motion), damping=0.1)
+    turn = rotation(1)
+    motion = np.vstack([np.column_stack([turn, [5.0, -3.0, 2.0]]), [0, 0, 0, 1]])
+    second = sm.DeformableModel(first.mesh.transformed(motion), velocity=first.velocity @ turn.T, damping=0.1)
     for _ in range(10):
         whole.step(), second.step()
-    assert_allclose(second.mesh.vertices, whole.mesh.vertices @ turn.T + shift, atol=1e-10)
-    assert_allclose(second.mesh.data["velocity"], whole.mesh.data["velocity"] @ turn.T, atol=1e-10)
+    assert_allclose(second.mesh.vertices, whole.mesh.transformed(motion).vertices, atol=1e-10)
+    assert_allclose(second.velocity, whole.velocity @ turn.T, atol=1e-10)
 
 
-def test_edits_keep_velocities_and_new_vertices_have_those_between():
+def test_edits_carry_velocities_and_new_vertices_have_those_between():
+    turning = np.array([[0.0, 0.01, 0], [-0.01, 0, 0], [0, 0, 0]])
     mesh = noisy_sphere()
-    mesh = mesh.with_data(velocity=mesh.vertices @ [[0.0, 0.01, 0], [-0.01, 0, 0], [0, 0, 0]])  # that of a rotation
     darts = mesh.connectivity.face_darts[:4]
-    edited = sm.insert_edge(mesh, int(darts[0]), int(darts[2])).mesh
-    across = edited.vertices @ [[0.0, 0.01, 0], [-0.01, 0, 0], [0, 0, 0]]
+    edited = sm.insert_edge(mesh.with_data(velocity=mesh.vertices @ turning), int(darts[0]), int(darts[2])).mesh
     assert edited.n_vertices > mesh.n_vertices
-    assert_allclose(edited.data["velocity"], across, atol=1e-12)
-    model = sm.DeformableModel(edited, alpha=1e-9, damping=0.25)  # none holds a vertex
+    assert_allclose(edited.data["velocity"], edited.vertices @ turning, atol=1e-12)
+    model = sm.DeformableModel(edited, velocity=edited.data["velocity"], alpha=1e-9, damping=0.25)
     model.step()
-    assert_allclose(model.mesh.vertices, edited.vertices + 0.75 * across, atol=1e-6)
+    assert_allclose(model.mesh.vertices, edited.vertices @ (np.eye(3) + 0.75 * turning), atol=1e-6)
 
 
 def test_velocities_of_another_shape_are_refused():
-    with pytest.raises(ValueError, match=r"^data\['velocity'\] must have shape"):
-        sm.DeformableModel(sm.sphere(3).with_data(velocity=np.zeros(180)))
+    with pytest.raises(ValueError, match=r"^velocity must have shape"):
+        sm.DeformableModel(sm.sphere(3), velocity=np.zeros(180))

@@ -29,8 +29,9 @@ def sided(labels: Indices, found: Creases, vertices: Array) -> Indices:
     beside, beyond = labels[edges.sides[nearest, right]], labels[edges.sides[nearest, 1 - right]]
     wanted = labels.copy()
     wanted[triangles] = np.where(labels[triangles] == beyond, beside, labels[triangles])
-    lost = np.bincount(wanted, minlength=labels.max() + 1)[labels] == 0
-    return edits.connected(np.where(lost, labels, wanted), edges)
+    while (lost := np.bincount(wanted, minlength=labels.max() + 1)[labels] == 0).any():
+        wanted = np.where(lost, labels, wanted)  # which may take the last triangle of another zone
+    return edits.connected(wanted, edges)
 
 
 def _askew(found: Creases) -> Indices:
