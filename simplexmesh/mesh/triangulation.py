@@ -36,10 +36,10 @@ def curved_fan(
     """
     c = connectivity
     points, triangles = fan(vertices, c)
-    told = ~c.face_is_hole[c.face].any(axis=1)
+    untold = c.face_is_hole[c.face].any(axis=1)
     if crease is not None:
-        told &= np.asarray(crease) == 0
-    normals = np.where(told[:, None], normals, 0.0)
+        untold = np.logical_or(untold, crease)
+    normals = np.where(np.reshape(untold, (-1, 1)), 0.0, normals)
     centers = face_geometry.curved_centers(vertices, normals, c.face_vertices, c.face_offsets)
     return np.concatenate([points[: len(vertices)], centers[~c.face_is_hole]]), triangles
 

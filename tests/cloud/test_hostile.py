@@ -88,24 +88,45 @@ def test_a_file_that_cannot_be_written_is_as_it_was(tmp_path, monkeypatch):
 CURVES = {
     "line": lambda t: np.outer(t, [100, 200, 300]),
     "ring": lambda t: np.stack([np.cos(2 * np.pi * t), np.sin(2 * np.pi * t), 0 * t], axis=1),
-    "helix": lambda t: np.stack([np.cos(20 * t), np.sin(20 * t), 2 * t], axis=1),
+    "helix": lambda t: np.stack([np.cos(10 * t), np.sin(10 * t), 10 * t], axis=1),
 }
 
 
-@pytest.mark.parametrize("noise", [0, 0.003])
+@pytest.mark.parametrize("noise", [0, 0.3])
 @pytest.mark.parametrize("count", [300, 20_000])
 @pytest.mark.parametrize("name", CURVES)
 def test_points_on_a_curve_are_no_surface(name, count, noise):
-    rng = np.random.default_rng(0)
-    points = CURVES[name](np.linspace(0, 1, count, endpoint=False)) + noise * rng.normal(size=(count, 3))
+    points = CURVES[name](np.linspace(0, 1, count, endpoint=False))
+    points += noise * np.linalg.norm(points[1] - points[0]) * np.random.default_rng(0).normal(size=(count, 3))
     for find in (sm.extract_primitives, sm.extract_pipes):
         with pytest.raises(ValueError, match=r"^cloud must be of surfaces, but its points are on a curve$"):
             find(points)
 
 
-def test_lines_of_a_scanner_are_a_surface():
-    along, across = np.meshgrid(np.arange(0, 1, 1e-3), np.arange(0, 1, 0.03))
+@pytest.mark.parametrize(("count", "lines", "gap"), [(1000, 34, 30), (100, 3, 10), (100, 10, 40), (500, 2, 1)])
+def test_lines_of_a_scanner_are_a_surface(count, lines, gap):
+    along, across = np.meshgrid(np.arange(count), gap * np.arange(lines))
     points = np.stack([along.ravel(), across.ravel(), 0 * along.ravel()], axis=1)
+    points = points + 0.05 * np.random.default_rng(0).normal(size=points.shape)
+    assert not on_curve(points, cKDTree(points))
+
+
+@pytest.mark.parametrize("noise", [0, 0.2])
+@pytest.mark.parametrize("count", [500, 10_000, 40_000])
+@pytest.mark.parametrize("radius", [2.0, 2.5])
+def test_pipes_two_points_wide_are_a_surface(radius, count, noise):
+    rng = np.random.default_rng(0)
+    turn, along = rng.uniform([0, 0], [2 * np.pi, count / (2 * np.pi * radius)], (count, 2)).T
+    round_ = radius + noise * rng.normal(size=count)
+    points = np.stack([round_ * np.cos(turn), round_ * np.sin(turn), along], axis=1)
+    assert not on_curve(points, cKDTree(points))
+
+
+def test_wires_over_a_floor_are_no_curve():
+    rng = np.random.default_rng(0)
+    floor = np.column_stack([rng.uniform(0, 10, (1800, 2)), 0.002 * rng.normal(size=1800)])
+    wires = np.column_stack([rng.uniform(0, 10, 4200), 2.0 * rng.integers(0, 4, 4200), np.full(4200, 3.0)])
+    points = np.concatenate([floor, wires + 0.002 * rng.normal(size=(4200, 3))])
     assert not on_curve(points, cKDTree(points))
 
 

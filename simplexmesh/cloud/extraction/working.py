@@ -40,8 +40,12 @@ FLOOR = 1e-2
 MANY = 512
 """Neighbors, at most, of which one sees that points are on a curve."""
 
-THIN, NARROW = 0.05, 0.1
-"""Of the variance along neighbors, that out of them below which they are no lump, and that across them for a curve."""
+THIN, NARROW, BENT = 0.05, 0.03, 0.1
+"""Of the variance along neighbors, that out of them below which they are no lump, and those across near and far ones of
+a curve: of strips two points wide it is 0.05."""
+
+FEW_PLACES = 0.05
+"""Share of the places of a curve where others may be near."""
 
 FLAT = 0.12
 """Of the mean squared distance of neighbors, their variance from a plane: above they are no surface, but a volume."""
@@ -86,18 +90,22 @@ def working(points: Array, noise: float | None, rng: np.random.Generator) -> Wor
 
 
 def on_curve(points: Array, tree: cKDTree) -> bool:
-    """Return whether points have neighbors along one direction only, as soon as these are no lump of noise."""
+    """Return whether neighbors of nearly all points are on a line, where they are no lump of noise and farther away.
+
+    A surface of some lines of a scanner has others farther away; more than an eighth of a bent curve is no line.
+    """
     some = points[:: -(-len(points) // PLACES)]
-    most = min(MANY, max(NEIGHBORS, len(points) // 16), len(points))  # more are of a bent curve no line
+    most = min(MANY, max(NEIGHBORS + 1, len(points) // 8), len(points))
     near = points[tree.query(some, k=most, workers=-1)[1]]
     thin = False
-    for count in NEIGHBORS * 2 ** np.arange(int(np.log2(MANY / NEIGHBORS)) + 1):
+    for count in (*range(NEIGHBORS, min(4 * NEIGHBORS + 1, most), NEIGHBORS), most):
         apart = near[:, :count] - near[:, :count].mean(axis=1, keepdims=True)
-        out, across, along = np.median(np.linalg.eigvalsh(apart.transpose(0, 2, 1) @ apart), axis=0)
-        if out < THIN * along:
-            if across > NARROW * along:
+        out, across, along = np.linalg.eigvalsh(apart.transpose(0, 2, 1) @ apart).T
+        far = count == most
+        if far or np.median(out - THIN * along) < 0:
+            if (across > (BENT if far else NARROW) * along).mean() > FEW_PLACES:
                 return False
-            thin = True
+            thin |= not far
     return thin
 
 

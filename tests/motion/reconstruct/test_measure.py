@@ -10,6 +10,7 @@ import pytest
 
 import simplexmesh as sm
 from simplexmesh.motion.reconstruct import measure
+from simplexmesh.motion.reconstruct.run import MOST_POINTS, Run
 
 
 def run(n_holes=0, components="largest", dropped=0):
@@ -50,11 +51,11 @@ def test_shares_are_of_area():
     assert measure.share_of_area(ring, outer) == pytest.approx(0.5 + 0.5 / np.pi, abs=0.02)
 
 
-@pytest.mark.parametrize("count", [measure.MOST_POINTS, measure.MOST_POINTS + 1])
+@pytest.mark.parametrize("count", [MOST_POINTS, MOST_POINTS + 1])
 def test_of_very_many_points_some_are_drawn_once_each(count):
     points = np.arange(3.0 * count).reshape(-1, 3)
-    found = measure.drawn_points(SimpleNamespace(points=points))
-    assert len(np.unique(found[:, 0])) == measure.MOST_POINTS
+    found = Run.points.func(SimpleNamespace(data=SimpleNamespace(points=points)))
+    assert len(np.unique(found[:, 0])) == MOST_POINTS
     assert set(found[:, 0]) <= set(points[:, 0])
 
 

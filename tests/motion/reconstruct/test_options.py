@@ -93,7 +93,7 @@ class TestStages:
     edge = mean_edge(BALL)
 
     def stages(self, cell, resolution, *, layered=False, **given):
-        data = SimpleNamespace(points=np.array([[0, 0, 0], [3.0, 4, 12]]), resolution=resolution, layered=layered)
+        data = SimpleNamespace(diagonal=13.0, resolution=resolution, layered=layered)
         return stages_from(BALL, data, options(**given), cell=cell)
 
     def test_from_afar_are_five(self):
