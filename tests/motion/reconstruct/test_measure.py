@@ -82,16 +82,15 @@ def measured(gaps, points, *, reach=0.2, layered=False, closes=False, border=Fal
     """What a run holds after its mesh, a ball, was measured, and the warnings."""
     gap = {"gap": staticmethod(lambda vertices, normals, reach: gaps.copy())} | ({"border": None} if border else {})
     told = []
-    run = SimpleNamespace(
-        report=lambda share, message: told.append((share, message)),
-        mesh=BALL,
-        stages=[SimpleNamespace(reach=9.0), SimpleNamespace(reach=reach)],
-        data=SimpleNamespace(points=points, layered=layered, components="all"),
-        target=type("Given", (), gap)(),
+    diagonal = np.linalg.norm(np.ptp(points, axis=0))
+    run = Run(
         options=SimpleNamespace(closes=closes, holes="none"),
-        surface=None,
-        tangled=0,
-        found=None,
+        data=SimpleNamespace(points=points, diagonal=diagonal, layered=layered, components="all"),
+        report=lambda share, message: told.append((share, message)),
+        start=BALL,
+        mesh=BALL,
+        target=type("Given", (), gap)(),
+        stages=[SimpleNamespace(reach=9.0), SimpleNamespace(reach=reach)],
     )
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
