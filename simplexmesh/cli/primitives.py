@@ -172,12 +172,12 @@ def _write(found: Any, targets: dict[str, Path], labelled: Any) -> None:
     """Write what was found: parameters, a table, surfaces, and the points with their labels."""
     from simplexmesh.data.conversion import as_triangles
 
+    surface = found.to_pyvista() if "--mesh" in targets else None
+    if surface is not None and not surface.n_cells:
+        raise ValueError("nothing was found of which --mesh could write the surface")
     for option, target in targets.items():
         with report.written_to(target, "the file"):
             if option == "--mesh":
-                surface = found.to_pyvista()
-                if not surface.n_cells:
-                    raise ValueError("nothing was found of which --mesh could write the surface")
                 as_triangles(surface).save(target)
             else:
                 (labelled if option == "--labelled" else found).save(target)

@@ -7,14 +7,13 @@ from typing import Any
 
 from simplexmesh._base import checks
 from simplexmesh._base.progress import Report, reporting
-from simplexmesh.data.conversion import as_given, as_points
+from simplexmesh.data.conversion import given_points
 from simplexmesh.data.points import PointCloud, warn_of_steps
 
 
 def opened(value: Any) -> PointCloud:
     """Return a cloud with all the points given, duplicates too, which are labelled as well; warn of coarse ones."""
-    found = as_given(value, "cloud")
-    cloud = found if isinstance(found, PointCloud) else as_points(found, "cloud")
+    cloud = given_points(value, "cloud")
     if len(cloud):
         checks.size("cloud", cloud.bounds)
     warn_of_steps(cloud.points)

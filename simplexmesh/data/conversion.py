@@ -54,11 +54,16 @@ def as_volume(value: Any, name: str = "volume") -> Volume:
 
 def as_points(value: Any, name: str = "points") -> PointCloud:
     """Return a PointCloud from any supported input, duplicates merged; a surface gives its vertices and normals."""
-    out = as_data(value, name)
+    return given_points(value, name).merged()
+
+
+def given_points(value: Any, name: str = "points") -> PointCloud:
+    """Return the same with all points as they were given, duplicates too."""
+    out = as_given(value, name)
     if isinstance(out, PointCloud):
         return out
     if isinstance(out, TriangleMesh) or _is_simplex_mesh(out):
-        return cloud_of_vertices(out).merged()
+        return cloud_of_vertices(out)
     raise TypeError(f"{name} must be points, not {_description(value, out)}")
 
 

@@ -209,7 +209,7 @@ class Primitive:
 
         Gaps of three median gaps or ten degrees are covered, but none of half a turn.
         """
-        turn = np.sort(self.coordinates(points)[:, 0])
+        turn = np.unique(self.coordinates(points)[:, 0])
         if not len(turn):
             return 0.0
         arcs = np.diff(turn, append=turn[0] + 2 * np.pi)
