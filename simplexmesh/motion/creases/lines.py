@@ -65,7 +65,7 @@ def crease_lines(mesh: SimplexMesh, points: Array, noise: float) -> list[Line]:
     """Return the sharp edges of points (n, 3) near a closed mesh, which has rounded them, the longest first."""
     vertices, faces = surface_through(mesh, points, noise)
     side = resolution(mesh.area / len(points), noise)
-    found = _without_loops(feature_lines(TriangleMesh(vertices, faces)), 6 * max(mean_edge(mesh), side))
+    found = _without_loops(feature_lines(TriangleMesh(vertices, faces)), max(mean_edge(mesh), side))
     return [Line(line.points, line.closed, float(line.angle.mean())) for line in found.lines]
 
 
@@ -75,20 +75,29 @@ def resolution(area: float, noise: float) -> float:
     return float(spacing * np.sqrt(max(POINTS_PER_VERTEX, noise / (NOISE * spacing))))
 
 
-def _without_loops(found: FeatureNetwork, around: float) -> FeatureNetwork:
-    """Return lines without those that sharper ones lead around within less than a face of the model."""
-    lines, lengths = found.lines, np.array([line.length for line in found.lines])
+def _without_loops(found: FeatureNetwork, side: float) -> FeatureNetwork:
+    """Return lines without those that sharper ones lead around within less than a hexagon, or two if near them."""
+    lines = [Line(line.points, line.closed, float(line.angle.mean())) for line in found.lines]
+    lengths = np.array([line.length for line in lines])
+    places = [line.samples(0.2 * side)[0] for line in lines]
     ends = np.array([line.points[[0, -1]] for line in lines]).reshape(-1, 3)
     nodes = np.unique(ends, axis=0, return_inverse=True)[1].reshape(-1, 2)
     middles = 2 * len(lines) + np.arange(len(lines))  # nodes too: several lines may lead from one node to another
     kept = np.ones(len(lines), bool)
-    for k in np.argsort([line.angle.mean() for line in lines]):
-        if lengths[k] < around and nodes[k, 0] != nodes[k, 1]:
-            kept[k] = False
-            halves, ways = np.repeat(lengths[kept] / 2, 2), (nodes[kept].ravel(), np.repeat(middles[kept], 2))
-            graph = csr_array((halves, ways), shape=(3 * len(lines),) * 2)
-            far = dijkstra(graph, directed=False, indices=nodes[k, 0], limit=around - lengths[k])[nodes[k, 1]]
-            kept[k] = np.isinf(far)
+    for k in np.argsort([line.angle for line in lines]):
+        if lengths[k] > 12 * side:
+            continue
+        kept[k] = False
+        others = [place for place, inside in zip(places, kept, strict=True) if inside]
+        near = others and cKDTree(np.concatenate(others)).query(places[k])[0].max() < side
+        around = (12 if near else 6) * side
+        if lines[k].closed:
+            kept[k] = lengths[k] > around
+            continue
+        halves, ways = np.repeat(lengths[kept] / 2, 2), (nodes[kept].ravel(), np.repeat(middles[kept], 2))
+        graph = csr_array((halves, ways), shape=(3 * len(lines),) * 2)
+        far = dijkstra(graph, directed=False, indices=nodes[k, 0])[nodes[k, 1]]
+        kept[k] = far + lengths[k] > around
     return found if kept.all() else found.without(*np.flatnonzero(~kept).tolist())
 
 

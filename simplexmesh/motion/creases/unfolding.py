@@ -15,7 +15,7 @@ from simplexmesh.mesh.simplex_mesh import SimplexMesh
 LEAST = 0.3
 """Area of a triangle, in means of those of its kind there, above which it is let be."""
 
-HELD = 1e-3
+HELD = 0.03
 """Weight of squared moves, in roots of mean areas."""
 
 
