@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
@@ -48,7 +48,6 @@ def per_vertex(low, high):
     return number | st.tuples(number, number).map(lambda ends: np.linspace(*ends, BALL.n_vertices))
 
 
-@settings(max_examples=16)
 @given(
     target=st.sampled_from(["isosurface", "labels", "points", "triangles", "union"]),
     radius=st.floats(0.05, 2.5),

@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial.transform import Rotation
@@ -284,7 +284,6 @@ class TestSurface:
             assert_allclose(model.mesh.vertices[off], BALL.vertices[off], atol=1e-12)
 
 
-@settings(max_examples=25, deadline=None)
 @given(st.integers(0, 2**31 - 1))
 def test_a_tangent_along_an_open_contour_is_that_of_its_inner_vertices(seed):
     first, last = np.random.default_rng(seed).choice(BALL.n_vertices, 2, replace=False)

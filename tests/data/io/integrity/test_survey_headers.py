@@ -36,9 +36,14 @@ def laz(at, chunks=1, size=600, count=3):
     return bytes(out)
 
 
-def check(content, folder, kind=survey.check_las):
+def said(content, folder, check=survey.check_las):
+    """What a file is refused with, nothing if it is sound."""
     (folder / "a.file").write_bytes(content)
-    kind(folder / "a.file")
+    try:
+        check(folder / "a.file")
+    except OSError as error:
+        return str(error)
+    return ""
 
 
 @pytest.mark.parametrize(
@@ -50,7 +55,7 @@ def check(content, folder, kind=survey.check_las):
     ],
 )
 def test_what_is_at_the_edge_is_sound(content, tmp_path):
-    check(content, tmp_path)
+    assert said(content, tmp_path) == ""
 
 
 @pytest.mark.parametrize(
@@ -76,8 +81,7 @@ def test_what_is_at_the_edge_is_sound(content, tmp_path):
     ],
 )
 def test_one_beyond(content, message, tmp_path):
-    with pytest.raises(OSError, match=message):
-        check(content, tmp_path)
+    assert message in said(content, tmp_path)
 
 
 def e57(text, at=48, length=None, page=1024, count=None, pages=2):
@@ -95,7 +99,7 @@ TEXT = b"<e57Root><!-- a --><![CDATA[ b ]]>" + b"x" * 900 + b"</e57Root>"
 
 @pytest.mark.parametrize("content", [*(e57(TEXT, at) for at in (48, 500, 1024, 1060)), e57(b"x" * (2040 - 48))])
 def test_descriptions_across_pages_and_to_the_end_are_sound(content, tmp_path):
-    check(content, tmp_path, survey.check_e57)
+    assert said(content, tmp_path, survey.check_e57) == ""
 
 
 @pytest.mark.parametrize(
@@ -114,5 +118,4 @@ def test_descriptions_across_pages_and_to_the_end_are_sound(content, tmp_path):
     ],
 )
 def test_damaged_descriptions(content, message, tmp_path):
-    with pytest.raises(OSError, match=message):
-        check(content, tmp_path, survey.check_e57)
+    assert message in said(content, tmp_path, survey.check_e57)
