@@ -191,13 +191,12 @@ class TestReconstruct:
             yield lambda fraction, message: shares.append(fraction)
 
         monkeypatch.setattr(report, "progress", watched)
-        scans, _ = views_of_a_body(4, np.random.default_rng(8))
-        paths = [tmp_path / f"scan{k}.xyz" for k in range(4)]
+        scans, _ = views_of_a_body(3, np.random.default_rng(4))
+        paths = [tmp_path / f"scan{k}.xyz" for k in range(3)]
         for path, scan in zip(paths, scans, strict=True):
-            np.savetxt(path, scan - scan.mean(axis=0))
-        code, out, err = command(
-            "reconstruct", *paths, "--poses", "auto", "--vertices", 400, "-o", tmp_path / "a.vtp", "--json"
-        )
+            np.savetxt(path, (scan - scan.mean(axis=0))[::3])
+        wanted = ("reconstruct", *paths, "--vertices", 400, "--creases", "none", "-o", tmp_path / "a.vtp")
+        code, out, err = command(*wanted, "--poses", "auto", "--json")
         assert code == 0, err
         found = json.loads(out)
         assert found["distance"]["data_to_mesh"]["rms"] < 0.05  # in frames that were not registered, 0.3
@@ -206,11 +205,11 @@ class TestReconstruct:
         assert found["left_out"] == []
         assert shares == sorted(shares)  # one bar, of the poses and the model
         assert shares[-1] == 1
-        code, _, err = command("reconstruct", *paths, "--vertices", 400, "-o", tmp_path / "b.vtp")
+        code, _, err = command(*wanted, "--iterations", 5)
         assert code == 0
         assert "note: the scans are in different frames" in err
         assert "--poses none keeps the frames" in err
-        code, _, err = command("reconstruct", *paths, "--poses", "none", "--vertices", 400, "-o", tmp_path / "n.vtp")
+        code, _, err = command(*wanted, "--iterations", 5, "--poses", "none")
         assert code == 0
         assert "different frames" not in err
         code, _, err = command("reconstruct", paths[0], "--poses", "auto", "-o", tmp_path / "c.vtp")
@@ -332,55 +331,9 @@ class TestBadInput:
     def test_points_that_are_not_numbers_are_told(self, refused, files, tmp_path):
         refused("reconstruct", files / "nan.xyz", "-o", tmp_path / "out.vtp")
 
-    @pytest.mark.parametrize(
-        ("output", "words"),
-        [
-            ("out.doc", "--output must end with one of .vtp, .ply, .obj, .off, .stl, not .doc"),
-            ("out", "--output must end with one of .vtp, .ply, .obj, .off, .stl, not nothing"),
-            ("nowhere/out.vtp", "--output must be in an existing folder"),
-        ],
-    )
-    def test_output_is_refused_before_any_work(self, refused, files, tmp_path, output, words, monkeypatch):
-        monkeypatch.setattr("simplexmesh.motion.reconstruct.pipeline.reconstruct", None)
-        assert words in refused("reconstruct", files / "ball.xyz", "-o", tmp_path / output)
-
-    @pytest.mark.parametrize("option", ["-o", "--picture"])
-    def test_a_folder_that_cannot_be_written_to_is_refused_before_any_work(
-        self, refused, files, tmp_path, monkeypatch, option
-    ):
-        locked = tmp_path / "locked"
-        locked.mkdir()
-        monkeypatch.setattr("os.access", lambda path, mode: path != locked)
-        door = "simplexmesh.motion.reconstruct.pipeline.reconstruct"
-        monkeypatch.setattr(door, lambda *_, **__: pytest.fail("too late"))
-        name = {"-o": "model.vtp", "--picture": "model.png"}[option]
-        others = [] if option == "-o" else ["-o", tmp_path / "model.vtp"]
-        assert f"must be in a writable folder, '{locked}' is not" in refused(
-            "reconstruct", files / "ball.xyz", *others, option, locked / name
-        )
-
-    def test_a_failure_to_write_names_the_file_asked_for(self, refused, files, tmp_path, monkeypatch):
-        def full(*_, **__):
-            raise OSError(28, "No space left on device", "/somewhere/.b.vtp.123.part")
-
-        monkeypatch.setattr(sm.SimplexMesh, "save", full)
-        assert f"error: {tmp_path / 'b.vtp'}: no space left on device" in refused(
-            "reconstruct", files / "ball.xyz", "--vertices", 200, "-o", tmp_path / "b.vtp"
-        )
-
-    def test_is_told_in_json_too(self, command, files, tmp_path):
-        code, out, err = command("reconstruct", files / "volume.mha", "-o", tmp_path / "out.vtp", "--json")
-        assert code == 2
-        assert f"error: {json.loads(out)['error']}\n" in err
-
     def test_a_side_without_a_picture_is_refused(self, command, files, tmp_path):
         code, _, err = command("reconstruct", files / "ball.xyz", "-o", tmp_path / "b.vtp", "--view", "xz")
         assert (code, err) == (2, "error: --view needs --picture\n")
-
-    def test_the_input_is_not_overwritten(self, refused, files):
-        before = (files / "ball.stl").read_bytes()
-        assert "must not be the input" in refused("reconstruct", files / "ball.stl", "-o", files / "ball.stl")
-        assert (files / "ball.stl").read_bytes() == before
 
     def test_a_missing_argument_is_told(self, refused):
         refused("reconstruct")

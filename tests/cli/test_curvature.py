@@ -265,16 +265,6 @@ class TestBadInput:
         err = refused(files / "egg.off", *option)
         assert err.startswith(f"error: {'--picture' if 'doc' in option[1] else '--output'} must ")
 
-    def test_the_input_is_not_overwritten(self, refused, files):
-        before = (files / "model.vtp").read_bytes()
-        assert "must not be the input" in refused(files / "model.vtp", "-o", files / "model.vtp")
-        assert (files / "model.vtp").read_bytes() == before
-
-    def test_is_in_json_too(self, command, files):
-        code, out, err = command(files / "egg.off", "--show", "heat", "--json")
-        assert code == 2
-        assert f"error: {json.loads(out)['error']}\n" in err
-
 
 def test_an_interrupt_leaves_nothing_behind(command, files, tmp_path, monkeypatch):
     work = sm.saliency
