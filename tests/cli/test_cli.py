@@ -194,7 +194,7 @@ class TestReconstruct:
         scans, _ = views_of_a_body(3, np.random.default_rng(4))
         paths = [tmp_path / f"scan{k}.xyz" for k in range(3)]
         for path, scan in zip(paths, scans, strict=True):
-            np.savetxt(path, (scan - scan.mean(axis=0))[::3])
+            np.savetxt(path, (scan - scan.mean(axis=0))[::2])
         wanted = ("reconstruct", *paths, "--vertices", 400, "--creases", "none", "-o", tmp_path / "a.vtp")
         code, out, err = command(*wanted, "--poses", "auto", "--json")
         assert code == 0, err
