@@ -17,7 +17,8 @@ from tests.recognition.scans.test_register_all import views
 
 @pytest.fixture(scope="module")
 def scans():
-    return views(4, np.random.default_rng(8))
+    scans, poses = views(4, np.random.default_rng(8))
+    return [scan[::2] for scan in scans], poses
 
 
 def in_one_frame(scans, poses):
