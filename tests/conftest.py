@@ -12,6 +12,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 os.environ["PYVISTA_OFF_SCREEN"] = "true"  # before anything imports pyvista
+os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before NumPy: there is a process a core, and threads that wait cost time
 
 # "fast" tries the same examples every time, so that a run can be repeated; "thorough" looks for new ones
 settings.register_profile(
@@ -57,6 +58,20 @@ def command(request: pytest.FixtureRequest, capsys: pytest.CaptureFixture[str]) 
     def run(*arguments: object) -> tuple[int, str, str]:
         code = app.run([*first, *map(str, arguments)])
         return (code, *capsys.readouterr())
+
+    return run
+
+
+@pytest.fixture
+def refused(command: Callable[..., tuple[int, str, str]]) -> Callable[..., str]:
+    """Run the command, which ends with code 2 and prints nothing but notes and one sentence; return that."""
+
+    def run(*arguments: object) -> str:
+        code, out, err = command(*arguments)
+        errors = [line for line in err.splitlines() if not line.startswith("note: ")]
+        assert (code, out, len(errors)) == (2, "", 1)
+        assert errors[0].startswith("error: ")
+        return errors[0]
 
     return run
 

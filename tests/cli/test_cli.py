@@ -113,16 +113,12 @@ class TestWrongLines:
             (["view", "ball.vtp", "--view", "-xzz"], "not '-xzz': did you mean '-xz'?"),
         ],
     )
-    def test_the_nearest_is_named(self, command, line, said):
-        code, out, err = command(*line)
-        assert (code, out) == (2, "")
-        assert said in err
-        assert err.count("\n") == 1
+    def test_the_nearest_is_named(self, refused, line, said):
+        assert said in refused(*line)
 
     @pytest.mark.parametrize(("option", "said"), [("--vertices", "abc"), ("--level", "high"), ("--label", "1.5")])
-    def test_a_word_for_a_number_is_told(self, command, option, said):
-        code, _, err = command("reconstruct", "x", "-o", "y.vtp", option, said)
-        assert code == 2
+    def test_a_word_for_a_number_is_told(self, refused, option, said):
+        err = refused("reconstruct", "x", "-o", "y.vtp", option, said)
         assert option in err
         assert repr(said) in err
 
@@ -195,13 +191,12 @@ class TestReconstruct:
             yield lambda fraction, message: shares.append(fraction)
 
         monkeypatch.setattr(report, "progress", watched)
-        scans, _ = views_of_a_body(4, np.random.default_rng(8))
-        paths = [tmp_path / f"scan{k}.xyz" for k in range(4)]
+        scans, _ = views_of_a_body(3, np.random.default_rng(4))
+        paths = [tmp_path / f"scan{k}.xyz" for k in range(3)]
         for path, scan in zip(paths, scans, strict=True):
-            np.savetxt(path, scan - scan.mean(axis=0))
-        code, out, err = command(
-            "reconstruct", *paths, "--poses", "auto", "--vertices", 400, "-o", tmp_path / "a.vtp", "--json"
-        )
+            np.savetxt(path, (scan - scan.mean(axis=0))[::2])
+        wanted = ("reconstruct", *paths, "--vertices", 400, "--creases", "none", "-o", tmp_path / "a.vtp")
+        code, out, err = command(*wanted, "--poses", "auto", "--json")
         assert code == 0, err
         found = json.loads(out)
         assert found["distance"]["data_to_mesh"]["rms"] < 0.05  # in frames that were not registered, 0.3
@@ -210,11 +205,11 @@ class TestReconstruct:
         assert found["left_out"] == []
         assert shares == sorted(shares)  # one bar, of the poses and the model
         assert shares[-1] == 1
-        code, _, err = command("reconstruct", *paths, "--vertices", 400, "-o", tmp_path / "b.vtp")
+        code, _, err = command(*wanted, "--iterations", 5)
         assert code == 0
         assert "note: the scans are in different frames" in err
         assert "--poses none keeps the frames" in err
-        code, _, err = command("reconstruct", *paths, "--poses", "none", "--vertices", 400, "-o", tmp_path / "n.vtp")
+        code, _, err = command(*wanted, "--iterations", 5, "--poses", "none")
         assert code == 0
         assert "different frames" not in err
         code, _, err = command("reconstruct", paths[0], "--poses", "auto", "-o", tmp_path / "c.vtp")
@@ -328,90 +323,27 @@ class TestBadInput:
             ("ball.xyz", ["--poses", "nowhere.conf"], ["nowhere.conf"]),
         ],
     )
-    def test_is_told_in_one_sentence(self, command, files, tmp_path, name, options, words):
-        code, out, err = command("reconstruct", files / name, *options, "-o", tmp_path / "out.vtp")
-        assert (code, out) == (2, "")
-        errors = [line for line in err.splitlines() if not line.startswith("note: ")]
-        assert len(errors) == 1
-        assert errors[0].startswith("error: ")
-        assert all(word in errors[0] for word in words)
+    def test_is_told_in_one_sentence(self, refused, files, tmp_path, name, options, words):
+        err = refused("reconstruct", files / name, *options, "-o", tmp_path / "out.vtp")
+        assert all(word in err for word in words)
         assert list(tmp_path.iterdir()) == []
 
-    def test_points_that_are_not_numbers_are_told(self, command, files, tmp_path):
-        code, _, err = command("reconstruct", files / "nan.xyz", "-o", tmp_path / "out.vtp")
-        assert code == 2
-        assert "error: " in err
-
-    @pytest.mark.parametrize(
-        ("output", "words"),
-        [
-            ("out.doc", "--output must end with one of .vtp, .ply, .obj, .off, .stl, not .doc"),
-            ("out", "--output must end with one of .vtp, .ply, .obj, .off, .stl, not nothing"),
-            ("nowhere/out.vtp", "--output must be in an existing folder"),
-        ],
-    )
-    def test_output_is_refused_before_any_work(self, command, files, tmp_path, output, words, monkeypatch):
-        monkeypatch.setattr("simplexmesh.motion.reconstruct.pipeline.reconstruct", None)
-        code, _, err = command("reconstruct", files / "ball.xyz", "-o", tmp_path / output)
-        assert code == 2
-        assert words in err
-
-    @pytest.mark.parametrize("option", ["-o", "--picture"])
-    def test_a_folder_that_cannot_be_written_to_is_refused_before_any_work(
-        self, command, files, tmp_path, monkeypatch, option
-    ):
-        locked = tmp_path / "locked"
-        locked.mkdir()
-        monkeypatch.setattr("os.access", lambda path, mode: path != locked)
-        door = "simplexmesh.motion.reconstruct.pipeline.reconstruct"
-        monkeypatch.setattr(door, lambda *_, **__: pytest.fail("too late"))
-        name = {"-o": "model.vtp", "--picture": "model.png"}[option]
-        others = [] if option == "-o" else ["-o", tmp_path / "model.vtp"]
-        code, _, err = command("reconstruct", files / "ball.xyz", *others, option, locked / name)
-        assert code == 2
-        assert f"must be in a writable folder, '{locked}' is not" in err
-
-    def test_a_failure_to_write_names_the_file_asked_for(self, command, files, tmp_path, monkeypatch):
-        def full(*_, **__):
-            raise OSError(28, "No space left on device", "/somewhere/.b.vtp.123.part")
-
-        monkeypatch.setattr(sm.SimplexMesh, "save", full)
-        code, _, err = command("reconstruct", files / "ball.xyz", "--vertices", 200, "-o", tmp_path / "b.vtp")
-        assert code == 2
-        assert f"error: {tmp_path / 'b.vtp'}: no space left on device\n" in err
-
-    def test_is_told_in_json_too(self, command, files, tmp_path):
-        code, out, err = command("reconstruct", files / "volume.mha", "-o", tmp_path / "out.vtp", "--json")
-        assert code == 2
-        assert f"error: {json.loads(out)['error']}\n" in err
+    def test_points_that_are_not_numbers_are_told(self, refused, files, tmp_path):
+        refused("reconstruct", files / "nan.xyz", "-o", tmp_path / "out.vtp")
 
     def test_a_side_without_a_picture_is_refused(self, command, files, tmp_path):
         code, _, err = command("reconstruct", files / "ball.xyz", "-o", tmp_path / "b.vtp", "--view", "xz")
         assert (code, err) == (2, "error: --view needs --picture\n")
 
-    def test_the_input_is_not_overwritten(self, command, files):
-        before = (files / "ball.stl").read_bytes()
-        code, _, err = command("reconstruct", files / "ball.stl", "-o", files / "ball.stl")
-        assert code == 2
-        assert "must not be the input" in err
-        assert (files / "ball.stl").read_bytes() == before
+    def test_a_missing_argument_is_told(self, refused):
+        refused("reconstruct")
 
-    def test_a_missing_argument_is_told(self, command):
-        code, _, err = command("reconstruct")
-        assert code == 2
-        assert err.startswith("error: ")
-
-    def test_an_unknown_command_is_told(self, command):
-        code, _, err = command("polish")
-        assert code == 2
-        assert "polish" in err
+    def test_an_unknown_command_is_told(self, refused):
+        assert "polish" in refused("polish")
 
     @pytest.mark.parametrize("name", ["info", "view"])
-    def test_of_the_other_commands(self, command, files, name):
-        code, out, err = command(name, files / "empty.xyz")
-        assert (code, out) == (2, "")
-        assert "empty.xyz" in err
-        assert len(err.splitlines()) == 1
+    def test_of_the_other_commands(self, refused, files, name):
+        assert "empty.xyz" in refused(name, files / "empty.xyz")
 
     def test_a_fault_of_our_own_is_not_hidden(self, monkeypatch):
         monkeypatch.setattr(app, "app", lambda **_: 1 / 0)
@@ -568,9 +500,8 @@ class TestView:
         assert err == f"note: the picture {tmp_path / 'old.png'} was replaced\n"
 
     @pytest.mark.parametrize("name", ["ball.xyz", "ball.vtp", "ball.stl"])
-    def test_refuses_a_level_for_what_is_no_volume(self, command, files, tmp_path, name):
-        code, _, err = command("view", files / name, "--level", 5, "--picture", tmp_path / "out.png")
-        assert code == 2
+    def test_refuses_a_level_for_what_is_no_volume(self, refused, files, tmp_path, name):
+        err = refused("view", files / name, "--level", 5, "--picture", tmp_path / "out.png")
         assert err.startswith("error: level and label are for volumes, not for ")
         assert list(tmp_path.iterdir()) == []
 

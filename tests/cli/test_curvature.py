@@ -135,10 +135,9 @@ class TestWhichSideIsOutside:
         sheet.triangulate().save(tmp_path / "sheet.ply")
         assert command(tmp_path / "sheet.ply", "--method", "sine")[2] == ""
 
-    def test_without_faces_nothing_can_be_reversed(self, command, files):
-        code, _, err = command(files / "model.vtp", "--flip")
-        assert code == 2
-        assert err == "error: --flip reverses triangles and the normals of points, INPUT has neither\n"
+    def test_without_faces_nothing_can_be_reversed(self, refused, files):
+        err = refused(files / "model.vtp", "--flip")
+        assert err == "error: --flip reverses triangles and the normals of points, INPUT has neither"
 
 
 class TestReport:
@@ -247,42 +246,24 @@ class TestBadInput:
             ),
         ],
     )
-    def test_is_one_sentence(self, command, files, tmp_path, monkeypatch, name, options, words):
+    def test_is_one_sentence(self, refused, files, tmp_path, monkeypatch, name, options, words):
         monkeypatch.chdir(tmp_path)
-        code, out, err = command(files / name, "--method", "sine", *options)
-        errors = [line for line in err.splitlines() if not line.startswith("note: ")]
-        assert (code, out) == (2, "")
-        assert len(errors) == 1
-        assert errors[0].startswith("error: ")
-        assert all(word in errors[0] for word in words)
+        err = refused(files / name, "--method", "sine", *options)
+        assert all(word in err for word in words)
         assert list(tmp_path.iterdir()) == []
 
     @pytest.mark.parametrize("option", [("--rings", 2), ("--radius", 0.5), ("--nearest", 12)])
     @pytest.mark.parametrize("method", [(), ("--method", "adaptive")])
-    def test_neighborhoods_need_a_method_that_takes_them(self, command, files, option, method):
-        code, out, err = command(files / "egg.off", *option, *method)
-        assert (code, out) == (2, "")
+    def test_neighborhoods_need_a_method_that_takes_them(self, refused, files, option, method):
+        err = refused(files / "egg.off", *option, *method)
         wanted = "a --method with a neighborhood, such as sine: adaptive, the default, chooses its own"
-        assert err == f"error: {option[0]} needs {wanted}\n"
+        assert err == f"error: {option[0]} needs {wanted}"
 
     @pytest.mark.parametrize("option", [["-o", "out.stl"], ["--picture", "out.doc"], ["-o", "nowhere/out.vtp"]])
-    def test_outputs_are_refused_before_any_work(self, command, files, monkeypatch, option):
+    def test_outputs_are_refused_before_any_work(self, refused, files, monkeypatch, option):
         monkeypatch.setattr("simplexmesh.data.io.reading.read", lambda *_, **__: pytest.fail("too late"))
-        code, out, err = command(files / "egg.off", *option)
-        assert (code, out) == (2, "")
+        err = refused(files / "egg.off", *option)
         assert err.startswith(f"error: {'--picture' if 'doc' in option[1] else '--output'} must ")
-
-    def test_the_input_is_not_overwritten(self, command, files):
-        before = (files / "model.vtp").read_bytes()
-        code, _, err = command(files / "model.vtp", "-o", files / "model.vtp")
-        assert code == 2
-        assert "must not be the input" in err
-        assert (files / "model.vtp").read_bytes() == before
-
-    def test_is_in_json_too(self, command, files):
-        code, out, err = command(files / "egg.off", "--show", "heat", "--json")
-        assert code == 2
-        assert f"error: {json.loads(out)['error']}\n" in err
 
 
 def test_an_interrupt_leaves_nothing_behind(command, files, tmp_path, monkeypatch):

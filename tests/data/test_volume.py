@@ -48,6 +48,7 @@ class TestSpace:
         ijk = np.stack(np.meshgrid(*map(np.arange, volume.shape), indexing="ij"), axis=-1).reshape(-1, 3)
         xyz = volume.to_world(ijk)
         assert_allclose(volume.bounds, [xyz.min(axis=0), xyz.max(axis=0)], atol=1e-9)
+        assert_allclose(volume.diagonal, np.linalg.norm(xyz[-1] - xyz[0]))
 
     def test_stacks_of_any_shape(self):
         assert Volume(np.zeros((2, 2, 2))).to_world(np.zeros((4, 5, 3))).shape == (4, 5, 3)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
 from simplexmesh.numerics import _kernels_heap as heaps
 
 
-@settings(max_examples=50)
 @given(st.lists(st.tuples(st.integers(0, 11), st.sampled_from([0.0, 1.0, 2.0, 2.5, np.inf])), max_size=60))
 def test_the_queue_is_a_sorted_list(puts):
     heap, expected = heaps.new_heap(12), {}

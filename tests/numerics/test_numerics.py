@@ -1,7 +1,7 @@
 """Trees, plane fits and frames against the definitions."""
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
@@ -13,7 +13,6 @@ from simplexmesh.numerics.plane_fits import planes, spacing_of
 
 
 @given(seed=st.integers(0, 10_000), n=st.integers(1, 300), k=st.integers(1, 9), copies=st.booleans())
-@settings(deadline=None, max_examples=40)
 def test_tree_finds_the_nearest(seed, n, k, copies):
     rng = np.random.default_rng(seed)
     points = rng.integers(0, 6, (n, 3)).astype(float) if copies else rng.normal(size=(n, 3))
@@ -26,7 +25,6 @@ def test_tree_finds_the_nearest(seed, n, k, copies):
 
 
 @given(seed=st.integers(0, 10_000), n=st.integers(1, 300), radius=st.sampled_from([0.0, 0.4, 2.0, 9.0]))
-@settings(deadline=None, max_examples=20)
 def test_tree_finds_all_within_a_radius_or_every_third(seed, n, radius):
     rng = np.random.default_rng(seed)
     tree, place, found = kd_tree(rng.normal(size=(n, 3))), rng.normal(size=3), np.full(n, -1)
@@ -39,7 +37,6 @@ def test_tree_finds_all_within_a_radius_or_every_third(seed, n, radius):
 
 
 @given(seed=st.integers(0, 10_000), n=st.integers(4, 60), radius=st.sampled_from([0.7, 3.0, np.inf]))
-@settings(deadline=None, max_examples=40)
 def test_a_plane_has_the_principal_axes_of_weighted_moments(seed, n, radius):
     rng = np.random.default_rng(seed)
     points, place, normal = rng.normal(size=(n, 3)) * [1, 0.6, 0.2] + 5, 5 + 0.1 * rng.normal(size=3), np.zeros(3)

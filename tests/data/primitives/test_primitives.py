@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy.spatial import cKDTree
@@ -84,7 +84,6 @@ class TestDistance:
         assert np.isfinite(primitive.derivatives(on)).all()
 
     @every
-    @settings(max_examples=20, deadline=None)
     @given(seed=st.integers(0, 10**6), scale=st.floats(0.01, 100))
     def test_goes_with_motions_and_scales(self, kind, seed, scale):
         T = np.eye(4)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import igl
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from skimage.measure import marching_cubes
@@ -29,7 +29,6 @@ def topology(mesh):
 
 
 @pytest.mark.filterwarnings("ignore:.*fold or cross")
-@settings(max_examples=30)
 @given(name=names, part=parts)
 def test_topology_stays(name, part):
     mesh = MESHES[name]

@@ -63,7 +63,7 @@ def naive_penalty(mesh, target_normals, i, bounds):
     return total + sum(wrong(cosine(n[j], vectors[c.vertex_faces[j]].sum(axis=0))) for j in (i, *c.neighbors[i]))
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(name=names, seed=seeds, size=st.sampled_from([0.3, 1.0]))
 def test_penalties_equal_the_naive_reference(name, seed, size):
     mesh = shaken(MESHES[name], seed, size)
@@ -91,7 +91,7 @@ def test_triangles_without_area_count_as_reversed():
     assert guard.local_penalty(g, 0, BOUNDS, np.inf) == pytest.approx((corners + 4) * (BOUNDS.mutual + 2))
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(name=names, seed=seeds, size=st.sampled_from([0.5, 2.0]))
 def test_crossings_are_those_of_the_mesh(name, seed, size):
     mesh = shaken(MESHES[name], seed, size)
@@ -123,7 +123,7 @@ def naive_crossings(g, i):
     )
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(name=names, seed=seeds, size=st.sampled_from([0.5, 1.0]), step=st.sampled_from([0.02, 0.2]))
 def test_crossings_are_counted_after_any_moves(name, seed, size, step):
     mesh = shaken(MESHES[name], seed, size)
@@ -172,7 +172,6 @@ def test_facing_faces_are_opposed_and_not_adjacent():
     assert len(facing) > 100
 
 
-@settings(max_examples=20)
 @given(seed=seeds)
 def test_overlapping_boxes_are_those_of_all_pairs(seed):
     rng = np.random.default_rng(seed)
@@ -184,7 +183,7 @@ def test_overlapping_boxes_are_those_of_all_pairs(seed):
     }
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(name=names, seed=seeds)
 def test_moves_create_no_folds(name, seed):
     mesh = MESHES[name]
@@ -219,7 +218,7 @@ def naively_advanced(one, mesh, target, max_step, bounds):
     return mesh.vertices
 
 
-@settings(max_examples=3, deadline=None)
+@settings(max_examples=3)
 @given(seed=seeds, size=st.sampled_from([0.3, 0.8]))
 def test_vertices_move_as_far_as_in_the_naive_reference(seed, size):
     mesh = shaken(shapes.sphere(2), seed, size)

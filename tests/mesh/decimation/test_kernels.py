@@ -40,7 +40,7 @@ def assert_same_region(row, region, w):
     assert_allclose(regions.energy(row, w), region.energy(w), atol=1e-12)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(name=names, seed=seeds)
 def test_regions_are_integrals_and_merge(name, seed):
     mesh = shaken(MESHES[name], seed)
@@ -76,7 +76,7 @@ STRICT = (
 
 
 @pytest.mark.parametrize("strict", STRICT, ids=str)
-@settings(max_examples=2, deadline=None)
+@settings(max_examples=2)
 @given(name=names, seed=seeds, count=st.integers(10, 20))
 def test_the_order_of_removal_is_that_of_the_naive_reference(strict, name, seed, count):
     mesh = shaken(MESHES[name], seed)
@@ -118,7 +118,7 @@ def test_no_three_faces_make_a_thin_neck(necks):
 
 
 @pytest.mark.parametrize("strict", [{}, {"turn": 0.9}, {"quality": 0.8}], ids=str)
-@settings(max_examples=3, deadline=None)
+@settings(max_examples=3)
 @given(name=names, seed=seeds)
 def test_edges_are_swapped_as_in_the_naive_reference(strict, name, seed):
     weights = WEIGHTS._replace(**strict)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import igl
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from skimage.measure import marching_cubes
@@ -37,7 +37,6 @@ def soup(seed, size):
 
 
 class TestSurface:
-    @settings(max_examples=20)
     @given(seed=seeds, size=st.integers(1, 60))
     def test_distances_are_those_of_libigl(self, seed, size):
         there = soup(seed, size)
@@ -49,7 +48,6 @@ class TestSurface:
         weights = kernels.barycentric(*there, found, points)
         assert_allclose(np.einsum("pi,pik->pk", weights, there[0][there[1][found]]), places, atol=1e-9)
 
-    @settings(max_examples=15, deadline=None)
     @given(seed=seeds, size=st.integers(1, 30), part=st.floats(0.2, 1.1))
     def test_what_is_not_beyond_is_within_everywhere(self, seed, size, part):
         one, other = soup(seed, 20), soup(seed + 1, size)

@@ -8,7 +8,7 @@ import sys
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
@@ -36,7 +36,6 @@ SEEDS = st.integers(0, 10**6)
 
 
 @given(seed=SEEDS, strength=st.floats(0, 1))
-@settings(max_examples=30, deadline=None)
 def test_adapted_metric_parameters_sum_to_one_within_their_range(seed, strength):
     rng = np.random.default_rng(seed)
     ball = sm.sphere(3)

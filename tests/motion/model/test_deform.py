@@ -180,7 +180,7 @@ def test_a_dented_sphere_becomes_rounder_in_every_round():
 
 @pytest.mark.parametrize("constraint", CONSTRAINTS)
 @given(seed=SEEDS, scale=st.floats(1e-3, 1e3))
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 def test_a_step_turns_and_scales_with_the_mesh(constraint, seed, scale):
     mesh = noisy_sphere(seed, frequency=3, radius=1.0, noise=0.05)
     Q, t = rotation(seed), scale * np.random.default_rng(seed).normal(size=3)
@@ -206,7 +206,7 @@ def renumbered(mesh, order, turns):
 
 
 @given(seed=SEEDS)
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 def test_the_numbering_of_vertices_and_neighbors_does_not_matter(seed):
     rng = np.random.default_rng(seed)
     mesh = noisy_sphere(seed, frequency=3, radius=1.0, noise=0.05)
@@ -237,7 +237,7 @@ def test_weights_act_vertex_by_vertex():
 
 
 @given(seed=SEEDS)
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=5)
 def test_rigidity_averages_exactly_the_vertices_within_so_many_edges(seed):
     ball = sm.sphere(3)
     rng = np.random.default_rng(seed)
@@ -257,7 +257,7 @@ def test_rigidity_averages_exactly_the_vertices_within_so_many_edges(seed):
 
 
 @given(seed=SEEDS, rigidity=st.integers(0, 4))
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=5)
 def test_mean_curvature_is_averaged_over_the_surface(seed, rigidity):
     mesh = noisy_sphere(seed, frequency=3, radius=1.0, noise=0.05)
     model = sm.DeformableModel(mesh, rigidity=rigidity)

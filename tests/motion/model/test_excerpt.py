@@ -13,7 +13,7 @@ from simplexmesh.motion.topology.face_regions import dilated
 BALL = sm.sphere(12)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 4), st.sampled_from(["mean_curvature", "orientation"]))
 def test_a_motion_of_few_vertices_is_bit_for_bit_that_of_the_whole_mesh(seed, rigidity, constraint):
     rng = np.random.default_rng(seed)

@@ -81,7 +81,6 @@ def stepped(kernel, seed, constraint, vertices, neighbors, *, fast=False, extra=
 
 
 @given(seed=SEEDS, degenerate=st.booleans())
-@settings(max_examples=20, deadline=None)
 def test_frames_are_normal_circumradius_and_mean_curvature(seed, degenerate):
     vertices, neighbors = rough(seed, degenerate=degenerate)
     normals, inverse_radius, curvature = frames(vertices, neighbors)
@@ -100,7 +99,6 @@ def test_curvature_is_one_over_the_radius_on_a_sphere():
 
 
 @given(seed=SEEDS, degenerate=st.booleans())
-@settings(max_examples=20, deadline=None)
 def test_angles_are_simplex_angles_over_the_whole_range(seed, degenerate):
     vertices, neighbors = rough(seed, noise=0.5, degenerate=degenerate)
     normals, inverse_radius, _ = frames(vertices, neighbors)
@@ -112,7 +110,6 @@ def test_angles_are_simplex_angles_over_the_whole_range(seed, degenerate):
 
 
 @given(seed=SEEDS)
-@settings(max_examples=20, deadline=None)
 def test_averages_are_the_means_over_the_one_ring(seed):
     vertices, neighbors = rough(seed, degenerate=True)
     rng = np.random.default_rng(seed)
@@ -129,7 +126,7 @@ def test_averages_are_the_means_over_the_one_ring(seed):
 @pytest.mark.parametrize("name", reference.NAMES)
 @pytest.mark.parametrize("degenerate", [False, True])
 @given(seed=SEEDS)
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 def test_a_step_is_the_law_of_motion_under_every_constraint(seed, degenerate, name):
     vertices, neighbors = rough(seed, noise=0.1, degenerate=degenerate)
     extra = np.random.default_rng(seed).normal(scale=0.02, size=vertices.shape)
@@ -142,7 +139,6 @@ def test_a_step_is_the_law_of_motion_under_every_constraint(seed, degenerate, na
 
 
 @given(seed=SEEDS, degenerate=st.booleans())
-@settings(max_examples=20, deadline=None)
 def test_the_fast_step_is_the_general_one_where_all_want_mean_curvature(seed, degenerate):
     vertices, neighbors = rough(seed, noise=0.1, degenerate=degenerate)
     names = ["mean_curvature"] * len(vertices)
@@ -187,7 +183,7 @@ def test_serial_and_parallel_agree():
 
 @pytest.mark.parametrize("which", ["serial", "parallel"])
 @given(seed=SEEDS, strength=st.floats(0, 1))
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 def test_adaptation_kernels_are_the_floored_formula(which, seed, strength):
     vertices, neighbors = rough(seed, degenerate=True)
     rng = np.random.default_rng(seed)
@@ -230,7 +226,6 @@ def boundary_goals(vertices, rows, name, restored=None):
 
 
 @given(seed=SEEDS, count=st.integers(5, 30))
-@settings(max_examples=20, deadline=None)
 def test_goals_of_boundaries_follow_the_contour_formula(seed, count):
     vertices, _, rows = wavy_boundary(seed, count)
     smooth, straight, own = (boundary_goals(vertices, rows, name) for name in ("angle", "orientation", "free"))
@@ -258,7 +253,7 @@ def inscribed(a, p, b):
 
 
 @given(seed=SEEDS)
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 def test_restored_positions_are_those_of_the_best_similarity(seed):
     rng = np.random.default_rng(seed)
     kept = open_tube(8, 5)
@@ -281,7 +276,6 @@ def test_restored_positions_are_those_of_the_best_similarity(seed):
 
 
 @given(seed=SEEDS)
-@settings(max_examples=20, deadline=None)
 def test_a_step_of_a_boundary_is_the_law_of_motion(seed):
     vertices, neighbors, rows = wavy_boundary(seed, 8)
     rng = np.random.default_rng(seed)

@@ -71,6 +71,8 @@ def test_limits_belong_to_what_is_allowed(given):
         ({"init": BALL, "components": "all"}, ValueError, "components='all' needs init='auto'"),
         ({"init": "torus", "handles": "auto"}, ValueError, "handles are found from init='sphere'"),
         ({"handles": lambda pair: True}, ValueError, "handles are found from init='sphere'"),
+        ({"init": BALL, "handles": callable}, ValueError, "handles are found from init='sphere'"),
+        ({"init": "sphere", "holes": callable, "handles": callable}, ValueError, "handles are found from init="),
         ({"init": "sphere", "holes": [[1]], "handles": "auto"}, ValueError, "handles are found from init='sphere'"),
         ({"holes": 3}, TypeError, "holes must be 'auto', 'none', a function or a sequence, not int"),
         ({"init": 3}, TypeError, "init must be a name, a path or a SimplexMesh, not int"),

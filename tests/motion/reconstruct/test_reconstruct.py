@@ -177,11 +177,11 @@ def test_closed_primitives_find_a_body_from_outside(init):
 
 def test_a_torus_finds_a_torus_and_a_mesh_keeps_its_topology(tmp_path):
     points = torus_points(8000, np.random.default_rng(7))
-    model = sm.reconstruct(points, init="torus", vertices=1500)
+    model = sm.reconstruct(points, init="torus", vertices=1500, creases="none")
     assert model.mesh.genus == 1
     assert np.abs(torus_distance(model.mesh.vertices)).mean() < 0.003
     model.start.save(tmp_path / "start.vtp")
-    again = sm.reconstruct(points, init=tmp_path / "start.vtp")
+    again = sm.reconstruct(points, init=tmp_path / "start.vtp", creases="none")
     assert_array_equal(again.mesh.connectivity.twin, model.start.connectivity.twin)
     assert np.abs(torus_distance(again.mesh.vertices)).mean() < 0.003
 
@@ -318,13 +318,13 @@ class TestPlacement:
 
     def test_faces_of_a_given_start_are_kept_by_default(self, even):
         start = even.mesh
-        assert_array_equal(sm.reconstruct(BOX, init=start).mesh.neighbors, start.neighbors)
-        asked = sm.reconstruct(BOX, init=start, placement="adaptive")
+        assert_array_equal(sm.reconstruct(BOX, init=start, creases="none").mesh.neighbors, start.neighbors)
+        asked = sm.reconstruct(BOX, init=start, placement="adaptive", creases="none")
         assert asked.topology.exchanged > 10
         assert asked.mesh.n_vertices == start.n_vertices
 
     def test_works_from_a_sphere_and_counts_all_swaps(self):
-        model = sm.reconstruct(BOX, init="sphere", vertices=600, handles="none", holes="none")
+        model = sm.reconstruct(BOX, init="sphere", vertices=600, handles="none", holes="none", creases="none")
         assert model.topology.refined > 0
         assert model.topology.exchanged > 0
         assert model.mesh.check(self_intersections=True).ok

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from simplexmesh.data.volume import Volume
@@ -97,7 +97,6 @@ def test_smooth_and_in_place(name, size):
 
 
 @given(seed=st.integers(0, 10_000))
-@settings(deadline=None, max_examples=20)
 def test_crossings_are_those_between_unlike_neighbors(seed):
     rng = np.random.default_rng(seed)
     mask = rng.uniform(size=tuple(rng.integers(2, 6, 3))) < 0.5

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from simplexmesh.data.points import PointCloud
@@ -35,7 +35,6 @@ def check_search(s, place, normal, reach):
 
 
 @given(seed=st.integers(0, 10_000), oriented=st.booleans(), n=st.sampled_from([3, 9, 40, 400, 1500]))
-@settings(deadline=None, max_examples=40)
 def test_search_finds_the_nearest_and_the_candidates_around_it(seed, oriented, n):
     rng = np.random.default_rng(seed)
     table = np.zeros((n, 12))
@@ -69,7 +68,6 @@ def test_search_among_many_alike():
     turn=st.sampled_from([0.0, 0.05, 1.0]),
     reach=st.sampled_from([0.1, 0.4, np.inf]),
 )
-@settings(deadline=None, max_examples=25)
 def test_cached_answers_for_moving_vertices_equal_those_of_a_search(seed, oriented, step, turn, reach):
     # the second sheet faces the other way, now and then it is the nearer one
     rng = np.random.default_rng(seed)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from simplexmesh.data.points import PointCloud
@@ -70,7 +70,6 @@ def sphere_points(n, rng):
 
 
 @given(seed=st.integers(0, 10_000))
-@settings(deadline=None, max_examples=40)
 def test_fit_is_weighted_least_squares(seed):
     rng = np.random.default_rng(seed)
     normal = rng.normal(size=3)
@@ -161,7 +160,6 @@ def test_points_in_order_are_as_good_as_points_without(lattice, noise):
 
 
 @given(seed=st.integers(0, 10_000), shift=st.floats(-1e6, 1e6), scale=st.floats(1e-3, 1e3))
-@settings(deadline=None, max_examples=25)
 def test_plane_is_exact(seed, shift, scale):
     rng = np.random.default_rng(seed)
     frame = np.linalg.qr(rng.normal(size=(3, 3)))[0]

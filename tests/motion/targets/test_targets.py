@@ -49,7 +49,6 @@ def directions(count, seed=0):
 
 
 @given(seed=SEEDS)
-@settings(max_examples=25, deadline=None)
 def test_a_plane_is_found_exactly_wherever_the_volume_lies(seed):
     rng = np.random.default_rng(seed)
     slope = rng.normal(size=3)
@@ -147,7 +146,6 @@ def test_all_types_and_layouts_give_the_same_gaps(kind, order):
 
 
 @given(seed=SEEDS)
-@settings(max_examples=15, deadline=None)
 def test_the_interpolant_is_the_naive_one(seed):
     rng = np.random.default_rng(seed)
     volume = sm.Volume(rng.normal(size=(4, 5, 6)))
@@ -214,7 +212,7 @@ def test_a_line_is_within_the_volume_between_its_passages():
 
 
 @given(seed=SEEDS)
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 def test_the_search_finds_what_fine_sampling_finds(seed):
     rng = np.random.default_rng(seed)
     field = gaussian_filter(rng.normal(size=(17, 15, 13)), 2.0)
@@ -299,7 +297,6 @@ def joined(*parts):
 
 
 @given(seed=SEEDS)
-@settings(max_examples=20, deadline=None)
 def test_a_triangulated_plane_is_at_its_distance(seed):
     rng = np.random.default_rng(seed)
     Q, t = rotation(rng), rng.normal(size=3)

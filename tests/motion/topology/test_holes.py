@@ -472,9 +472,9 @@ class TestReconstruction:
         assert np.minimum(np.abs(reach - 1), np.abs(reach - 0.4)).mean() < 0.05  # an edge is 0.06
 
     def test_a_closed_ball_stays_closed_and_none_leaves_all_closed(self):
-        assert sm.reconstruct(FINE, init="sphere", vertices=400).mesh.n_holes == 0
+        assert sm.reconstruct(FINE, init="sphere", vertices=400, creases="none").mesh.n_holes == 0
         half = part(lambda p: p[:, 2] > 0)
-        model = sm.reconstruct(half, init="sphere", vertices=400, holes="none")
+        model = sm.reconstruct(half, init="sphere", vertices=400, holes="none", creases="none")
         assert model.mesh.n_holes == 0
         assert model.topology.holes == ()
 
@@ -488,19 +488,21 @@ class TestReconstruction:
         ball = sm.sphere(6, radius=1.2)
         cap = np.flatnonzero(centers(ball)[:, 2] < -0.9)
         with pytest.warns(sm.SimplexMeshWarning, match="of the data is far from the model"):
-            model = sm.reconstruct(FINE, init=ball, holes=[cap])
+            model = sm.reconstruct(FINE, init=ball, holes=[cap], creases="none")
         assert model.mesh.n_holes == 1
         assert np.array_equal(model.topology.holes[0].faces, cap)
 
     def test_the_automatic_start_keeps_its_topology(self):
-        model = sm.reconstruct(FINE, vertices=400)
+        model = sm.reconstruct(FINE, vertices=400, creases="none")
         assert (model.topology.holes, model.topology.handles, model.topology.refined) == ((), (), 0)
         assert (model.mesh.genus, model.mesh.n_holes, model.mesh.n_vertices) == (0, 0, model.start.n_vertices)
 
     def test_levels_of_refinement_stop_by_themselves(self):
         egg = sm.ellipsoid((1.0, 1.0, 2.0), 20).triangulated()
         counts = [
-            sm.reconstruct(egg, init="sphere", vertices=1500, refine=level, handles="none").mesh.n_vertices
+            sm.reconstruct(
+                egg, init="sphere", vertices=1500, refine=level, handles="none", creases="none"
+            ).mesh.n_vertices
             for level in ("none", "coarse", "auto")
         ]
         assert counts[1] < counts[2]

@@ -455,7 +455,7 @@ def random_oriented(rng, count):
     return rng.normal(size=(count, 3)), normals / np.linalg.norm(normals, axis=1, keepdims=True)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(seeds)
 def test_kernels_do_what_plain_code_does(seed):
     rng = np.random.default_rng(seed)
@@ -490,7 +490,7 @@ def test_kernels_do_what_plain_code_does(seed):
     np.testing.assert_array_equal(nearest, np.argsort(expected, axis=0)[:2].T)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(seeds, st.sampled_from([20, 5000]))
 def test_motions_of_pairs_are_those_plain_code_finds(seed, most):
     """Of several models at once: two that have images, around one that has none."""

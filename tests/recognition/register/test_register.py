@@ -191,7 +191,7 @@ class TestWhatIsUncertain:
             at = moved(pose.T_target_source, source)
             assert np.abs(((at / [3, 2, 1]) ** 2).sum(axis=1) - 1).max() < 0.05
 
-    @pytest.mark.parametrize("bores", range(3, 10))
+    @pytest.mark.parametrize("bores", [3, 4, 9])
     def test_a_disc_fits_under_as_many_turns_as_it_has_bores_and_turned_over(self, bores):
         rng = np.random.default_rng(0)
         T = motion(rng)

@@ -36,7 +36,7 @@ def at_rotation(R, values, seen):
 
 
 class TestResiduals:
-    @settings(max_examples=10, deadline=None)
+    @settings(max_examples=10)
     @given(SEEDS)
     def test_are_the_plain_sums_and_normal_equations(self, seed):
         values, seen, R = fields(seed)
@@ -47,7 +47,7 @@ class TestResiduals:
         assert np.allclose(A, plain[2], rtol=1e-7, atol=1e-9)
         assert np.allclose(b, plain[3], rtol=1e-7, atol=1e-9)
 
-    @settings(max_examples=10, deadline=None)
+    @settings(max_examples=10)
     @given(SEEDS)
     def test_the_equations_are_the_slope_of_the_sum(self, seed):
         values, _, R = fields(seed)
@@ -61,7 +61,7 @@ class TestResiduals:
         ]  # fmt: skip
         assert np.allclose(slope, 2 * b, rtol=1e-3, atol=2e-2 * np.abs(b).max())  # kinks
 
-    @settings(max_examples=10, deadline=None)
+    @settings(max_examples=10)
     @given(SEEDS)
     def test_where_vertices_went_is_left_for_the_next_time(self, seed):
         values, _, R = fields(seed)
@@ -74,7 +74,6 @@ class TestResiduals:
 
 
 class TestTurn:
-    @settings(max_examples=50, deadline=None)
     @given(SEEDS, st.sampled_from([0.0, 1e-15, 1e-9, 1e-3, 1.0, 3.0]))
     def test_is_rodrigues_formula(self, seed, angle):
         rng = np.random.default_rng(seed)
@@ -85,7 +84,7 @@ class TestTurn:
 
 
 class TestFollow:
-    @settings(max_examples=4, deadline=None)
+    @settings(max_examples=4)
     @given(SEEDS, st.sampled_from([0, 1, 3, 6]))
     def test_is_the_plain_method_step_by_step(self, seed, steps):
         values, seen, R = fields(seed)
@@ -112,7 +111,7 @@ class TestFollow:
         assert np.array_equal(turns[0], R)
         assert np.isinf(mean[0])
 
-    @settings(max_examples=10, deadline=None)
+    @settings(max_examples=10)
     @given(SEEDS)
     def test_comes_back_from_a_few_degrees_away(self, seed):
         """A field without symmetry and the same rotated: the minimum is the rotation, but for interpolation."""

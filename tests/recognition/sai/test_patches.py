@@ -250,7 +250,7 @@ class TestUnrolling:
 
 
 class TestComparison:
-    @settings(max_examples=12, deadline=None)
+    @settings(max_examples=12)
     @given(st.sampled_from(PATCHES), st.booleans(), st.integers(0, 2**31))
     def test_is_the_plain_sum_for_every_shift(self, topology, flipped, seed):
         rng = np.random.default_rng(seed)

@@ -1096,9 +1096,3 @@ class TestNotFinite:
         with pytest.warns(SimplexMeshWarning, match="at 1 of 48 vertices"):
             normals = sm.vertex_normals(discretized.torus(8, 6).mesh, "plane")
         assert np.flatnonzero(~normals.any(axis=1)).tolist() == [4]
-
-
-def test_methods_name_their_modules():
-    for name in FIXED:
-        assert isinstance(estimate.METHODS[name], registry.Method)
-        assert callable(estimate.METHODS[name].estimate)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
@@ -81,7 +81,6 @@ def assert_kept(before, after, radii):
         assert not len(crossing_triangles(after.vertices, after.faces))
 
 
-@settings(max_examples=30, deadline=None)
 @given(
     name=st.sampled_from(sorted(BODIES)),
     noise=st.sampled_from([0.0, 0.02, 0.2]),

@@ -36,21 +36,26 @@ def laz(at, chunks=1, size=600, count=3):
     return bytes(out)
 
 
-def check(content, folder, kind=survey.check_las):
+def said(content, folder, check=survey.check_las):
+    """What a file is refused with, nothing if it is sound."""
     (folder / "a.file").write_bytes(content)
-    kind(folder / "a.file")
-
-
-@pytest.mark.parametrize("content", [las(version, kind=kind) for kind in WIDTHS for version in (2, 4)])
-def test_the_shortest_sound_files(content, tmp_path):
-    check(content, tmp_path)
+    try:
+        check(folder / "a.file")
+    except OSError as error:
+        return str(error)
+    return ""
 
 
 @pytest.mark.parametrize(
-    "content", [las(records=2), las(header=230), las(width=21), las(start=300), laz(-500), laz(235), laz(592)]
+    "content",
+    [
+        *(las(version, kind=kind) for kind in WIDTHS for version in (2, 4)),
+        *(las(records=2), las(header=230), las(width=21), las(start=300), laz(-500), laz(235), laz(592)),
+        *(laz(500, chunks=500 - 227), laz(235, count=200 * 600)),
+    ],
 )
-def test_other_sound_files(content, tmp_path):
-    check(content, tmp_path)
+def test_what_is_at_the_edge_is_sound(content, tmp_path):
+    assert said(content, tmp_path) == ""
 
 
 @pytest.mark.parametrize(
@@ -76,13 +81,7 @@ def test_other_sound_files(content, tmp_path):
     ],
 )
 def test_one_beyond(content, message, tmp_path):
-    with pytest.raises(OSError, match=message):
-        check(content, tmp_path)
-
-
-@pytest.mark.parametrize("content", [laz(500, chunks=500 - 227), laz(235, count=200 * 600)])
-def test_as_many_as_can_be(content, tmp_path):
-    check(content, tmp_path)
+    assert message in said(content, tmp_path)
 
 
 def e57(text, at=48, length=None, page=1024, count=None, pages=2):
@@ -98,13 +97,9 @@ def e57(text, at=48, length=None, page=1024, count=None, pages=2):
 TEXT = b"<e57Root><!-- a --><![CDATA[ b ]]>" + b"x" * 900 + b"</e57Root>"
 
 
-@pytest.mark.parametrize("at", [48, 500, 1024, 1060])
-def test_descriptions_across_pages(at, tmp_path):
-    check(e57(TEXT, at), tmp_path, survey.check_e57)
-
-
-def test_a_description_to_the_end(tmp_path):
-    check(e57(b"x" * (2040 - 48)), tmp_path, survey.check_e57)
+@pytest.mark.parametrize("content", [*(e57(TEXT, at) for at in (48, 500, 1024, 1060)), e57(b"x" * (2040 - 48))])
+def test_descriptions_across_pages_and_to_the_end_are_sound(content, tmp_path):
+    assert said(content, tmp_path, survey.check_e57) == ""
 
 
 @pytest.mark.parametrize(
@@ -123,5 +118,4 @@ def test_a_description_to_the_end(tmp_path):
     ],
 )
 def test_damaged_descriptions(content, message, tmp_path):
-    with pytest.raises(OSError, match=message):
-        check(content, tmp_path, survey.check_e57)
+    assert message in said(content, tmp_path, survey.check_e57)
