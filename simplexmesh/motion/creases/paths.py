@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from itertools import permutations
 
 import numpy as np
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, diags_array
 from scipy.sparse.csgraph import dijkstra
+from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices, Mask
@@ -255,15 +256,15 @@ def _places(mesh: SimplexMesh, path: Indices, line: Line) -> Array:
     if line.closed:
         nearest = np.unwrap(nearest, period=whole)
         step = np.copysign(whole, nearest[-1] - nearest[0]) / count
-        links = np.roll(np.eye(count), 1, axis=1) - np.eye(count)
+        links = diags_array([-1.0, 1.0, 1.0], offsets=[0, 1, 1 - count], shape=(count, count))
     else:
-        step, links = whole / (count - 1), np.diff(np.eye(count), axis=0)
+        step, links = whole / (count - 1), diags_array([-1.0, 1.0], offsets=[0, 1], shape=(count - 1, count))
     off = nearest - step * np.arange(count)
-    held = np.eye(count) if line.closed else np.diag(np.where(np.arange(count) % (count - 1), 1.0, 1e6))
+    held = np.ones(count)
     if not line.closed:
-        off[[0, -1]] = 0.0
+        off[[0, -1]], held[[0, -1]] = 0.0, 1e6
     for evenness in 4.0 ** np.arange(8):
-        shift = np.linalg.solve(held + evenness * links.T @ links, held @ off)
+        shift = spsolve((diags_array(held) + evenness * links.T @ links).tocsc(), held * off)
         if (np.copysign(1.0, step) * (links @ shift)[: count - 1] > -NARROWED * abs(step)).all():
             break
     out = step * np.arange(count) + shift

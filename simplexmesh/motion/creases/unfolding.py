@@ -51,7 +51,7 @@ def unfolded(mesh: SimplexMesh, free: Mask) -> SimplexMesh:
         slope = corners[1].T @ (pull * by_q) + corners[2].T @ (pull * by_r) - corners[0].T @ (pull * (by_q + by_r))
         return (short**2).sum() + HELD * (moves**2).sum(), slope[rows].ravel() + 2 * HELD * moves
 
-    found = minimize(cost, np.zeros(3 * len(rows)), jac=True, method="L-BFGS-B", options={"maxiter": 200})
+    found = minimize(cost, np.zeros(3 * len(rows)), jac=True, method="CG", options={"maxiter": 200})
     places[rows] += length * found.x.reshape(-1, 3)
     return mesh.moved(places)
 
