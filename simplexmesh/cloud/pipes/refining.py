@@ -11,14 +11,10 @@ from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import cross, dot, norm
 from simplexmesh.cloud.fitting.solver import solve
 from simplexmesh.cloud.pipes.chain import Chain
+from simplexmesh.cloud.pipes.tolerances import BAND, FACING, SLIGHT
+from simplexmesh.cloud.pipes.tracing._kernels_tracing import STEP
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.numerics.round_fits import between_axes
-
-BAND = 0.3
-"""Distance from the surface, in radii, within which points may be of the pipe before it is refined."""
-
-FACING = 0.7
-"""Cosine of the angle between the normals of the pipe and of its points: those of walls differ more."""
 
 LOOSE = 0.1
 """Scale of the first loss, in radii: bends are traced as well."""
@@ -32,19 +28,13 @@ MOST_NOISE = 0.06
 TOLERANCE = 1e-5
 """Share of the cost that a last step promises to take off: a thousandth of the deviations of parameters."""
 
-SLIGHT = np.radians(8)
-"""Turn of a corner that may be one too much."""
-
 SUPERFLUOUS = 8.0
 """Parameters of a corner, twice: the price of one is that of Schwarz' criterion with correlated noise."""
-
-PAST = 0.5
-"""Length beyond the traced ends, in radii, where points may still be of the pipe: a step."""
 
 
 def near_surface(around: Surroundings, chain: Chain, band: float) -> Indices:
     """Return which points are within a distance of the chain's surface, between its ends, and face as it does."""
-    feet, past = chain.feet(around.points), PAST * around.radius
+    feet, past = chain.feet(around.points), STEP * around.radius
     within = (feet.station > -past) & (feet.station < chain.stations[-1] + past)
     at = np.flatnonzero(within & (np.abs(feet.distance) < band))
     found: Indices = at[np.abs(dot(around.normals(at), feet.normal[at])) > FACING]

@@ -76,13 +76,6 @@ class TestBends:
         assert_allclose(line.elements[1].bend_radius, 4, rtol=0.02)
         assert_allclose(line.elements[1].bend_angle * 4, end - chain.stations[1], atol=0.2)
 
-    @pytest.mark.parametrize("seed", [0, 1])
-    def test_that_end_a_line_too_soon_to_be_traced_are_told_from_points(self, seed):
-        chain = elbow(1.5)
-        line = followed(chain, hidden=(chain.stations[1] + 0.5, np.inf), arc=200.0, seed=seed)
-        assert [element.kind for element in line.elements] == ["straight", "bend"]
-        assert_allclose(line.elements[1].length, 0.5, atol=0.2)
-
     @pytest.mark.parametrize("noise", [0.01, 0.04])
     def test_there_are_none_where_a_straight_ends(self, noise):
         straight = chain_of([[0.0, 0, 0], [12, 0, 0]], [], 1.0)
@@ -180,10 +173,11 @@ class TestLines:
         turn, shift, scale = Rotation.random(random_state=2).as_matrix(), np.array([1e6, -2e6, 500.0]), 0.05
         one = sm.follow_pipe(drawn.points, drawn.pick)
         other = sm.follow_pipe(scale * drawn.points @ turn.T + shift, scale * turn @ drawn.pick + shift)
-        assert [element.kind for element in one.elements] == [element.kind for element in other.elements]
-        for a, b in zip(one.elements, other.elements, strict=True):
-            assert_allclose(b.radius, scale * a.radius, rtol=1e-3)
-            assert_allclose(b.start, scale * turn @ a.start + shift, atol=0.05 * scale)
+        corners, expected = other.chain.corners, scale * one.chain.corners @ turn.T + shift
+        if np.linalg.norm(corners[0] - expected[0]) > np.linalg.norm(corners[-1] - expected[0]):
+            corners = corners[::-1]  # which end comes first is not told
+        assert_allclose(corners, expected, atol=0.05 * scale)
+        assert_allclose(other.chain.radii, scale * one.chain.radii, rtol=1e-3)
 
     def test_labels_are_elements(self):
         line = followed(elbow(3.0))
