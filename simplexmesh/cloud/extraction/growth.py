@@ -25,8 +25,8 @@ ASLANT = np.cos(np.radians(40))
 FITTED = 600
 """Points that a primitive is fitted to while it grows."""
 
-ROUNDS = 5
-"""Of growth."""
+ROUNDS = 2
+"""Of growth, and of labels and fits."""
 
 DECISIVE = 5.0
 """Difference of half the Bayesian information criterion that is very strong evidence (Kass and Raftery 1995)."""
@@ -132,7 +132,7 @@ def candidates(work: Working, now: Grown, wide: Indices, limits: Limits, rng: np
         for some in (near, about) if len(wide) > 1.1 * len(now.members) else (near,):
             first = fit(kind, work.points[some], work.normals[some])
             if first is not None:
-                out.append(refined(first, work.points[about], scale, 15))
+                out.append(refined(first, work.points[about], scale))
     size = float(norm(work.points[near] - work.points[near].mean(axis=0)).max())
     return [each for each in out if limits.allow(each, size)]
 

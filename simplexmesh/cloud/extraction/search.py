@@ -9,7 +9,6 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Indices, Mask
 from simplexmesh._base.progress import Report, _silent
-from simplexmesh._base.vectors import norm
 from simplexmesh.cloud.extraction.growth import ASLANT, SETTLED, WITHIN, Grown, deviation, fits, grown, grown_once
 from simplexmesh.cloud.extraction.patches import DOUBLINGS, LEAST, Limits, patch
 from simplexmesh.cloud.extraction.result import KINDS
@@ -27,17 +26,8 @@ MOST_SEEDS = 200
 TRIED = 3
 """Best candidates that grow in full."""
 
-CONCENTRATED = 1.45
-"""Deviations of the noise that points within three of a primitive may have: spread evenly they have 1.73."""
-
-THICK = 0.05
-"""Noise in the size of a primitive's points, above which they are a lump."""
-
 TOGETHER = 0.5
 """Share of the neighbors of a primitive's points that are on it too: of points that are by chance few are."""
-
-PIECE = 0.5
-"""Share of the evidence for a primitive below which what explains no more is a piece of it."""
 
 
 def found_one_by_one(work: Working, limits: Limits, rng: np.random.Generator, report: Report = _silent) -> list[Grown]:
@@ -97,15 +87,13 @@ def piece_of(work: Working, found: Grown, alive: Mask, limits: Limits, rng: np.r
     if set(limits.kinds) == set(KINDS):
         return None
     whole = grown(work, found.primitive, alive, found.members, replace(limits, kinds=KINDS), rng)
-    return None if whole.primitive.kind in limits.kinds or found.evidence > PIECE * whole.evidence else whole
+    return None if whole.primitive.kind in limits.kinds or 2 * found.evidence > whole.evidence else whole
 
 
 def gathers(work: Working, found: Grown, alive: Mask) -> bool:
     """Return whether points gather about a primitive, as those of a volume do not."""
-    shown, uneven = deviation(work, found.primitive, found.members), found.noise > work.noise
-    if shown > (SETTLED if uneven else CONCENTRATED) * found.noise:
-        return False
-    if found.noise > THICK * float(norm(np.ptp(work.points[found.members], axis=0))):
+    uneven = found.noise > work.noise
+    if uneven and deviation(work, found.primitive, found.members) > SETTLED * found.noise:
         return False
     if uneven and np.median(work.rough[found.members]) > found.noise:  # a bent surface is smooth all the same
         return False

@@ -16,8 +16,8 @@ MOST = 100_000
 NEIGHBORS = 16
 """Of each point, itself the first: over them shapes grow, and their plane is that of its normal."""
 
-FINE, NOISY = 0.1, 0.3
-"""Noise in distances between points below which half as many neighbors tell a normal, above which twice as many."""
+FINE = 0.1
+"""Noise in distances between points below which half as many neighbors tell a normal."""
 
 PLACES = 300
 """At most, whose neighbors tell whether points are on a curve."""
@@ -81,8 +81,6 @@ def working(points: Array, noise: float | None, rng: np.random.Generator) -> Wor
         raise ValueError("cloud must be of surfaces, but its points are on a curve")
     fine = deviation < FINE * spacing
     wide = near[:, : NEIGHBORS // 2] if fine else near
-    if deviation > NOISY * spacing and len(points) > 4 * NEIGHBORS:
-        wide = tree.query(points, k=2 * NEIGHBORS, workers=-1)[1]
     normals, variance, _ = fitted(points, wide)
     spread = np.mean(np.square(points[wide] - points[:, None]).sum(axis=2), axis=1)
     smooth = variance <= FLAT * spread

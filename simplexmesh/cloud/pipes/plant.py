@@ -199,14 +199,14 @@ def _lines(tree: cKDTree, origin: Array, starts: Iterable[Beginning], taken: Mas
         report(float(taken.mean()), "following pipes")
         try:
             chain, covariance, deviation, stops = followed(start)
+            wide, distance = on_line(chain, tree, BAND * float(chain.radii.min()))
+            at, near = (wide[np.abs(distance) < band * deviation] for band in (TIGHT, 2.0))
+            short = chain.stations[-1] < 2 * SHORT * chain.radii.max()
+            peaked = 2 * len(near) > len(wide)
+            if short or not peaked or len(at) < FEWEST or taken[at].mean() > 0.5:
+                continue
+            lines.append(line_of(tree, origin, chain, covariance, deviation, stops))
         except (ValueError, np.linalg.LinAlgError):
             continue
-        wide, distance = on_line(chain, tree, BAND * float(chain.radii.min()))
-        at, near = (wide[np.abs(distance) < band * deviation] for band in (TIGHT, 2.0))
-        short = chain.stations[-1] < 2 * SHORT * chain.radii.max()
-        peaked = 2 * len(near) > len(wide)
-        if short or not peaked or len(at) < FEWEST or taken[at].mean() > 0.5:
-            continue
         taken[wide[np.abs(distance) < 2 * TIGHT * deviation]] = True
-        lines.append(line_of(tree, origin, chain, covariance, deviation, stops))
     return sorted(lines, key=lambda line: -int((line.labels >= 0).sum()))

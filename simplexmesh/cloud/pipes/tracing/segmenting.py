@@ -156,7 +156,7 @@ def _longest(points: Array, directions: Array, low: int, high: int) -> Straight:
 def _between(one: Straight, other: Straight, points: Array, directions: Array) -> Straight | None:
     """Return a straight that is needed between two, None where one bend joins them, or nothing can."""
     low, high = one.last + 1, other.first - 1
-    if high < low:
+    if high < low or _collinear(one, other, points):
         return None
     bend = bend_between(one, other, points)
     if bend is not None and bend[2] < BENT:
@@ -173,6 +173,14 @@ def _between(one: Straight, other: Straight, points: Array, directions: Array) -
     if bend is not None and costs[k - low] > bend[2]:
         return None
     return Straight(k, k, points[k], directions[k])
+
+
+def _collinear(one: Straight, other: Straight, points: Array) -> bool:
+    """Whether two straights are one, with all places between."""
+    part = points[one.first : other.last + 1]
+    turn = np.arccos(np.clip(one.direction @ other.direction, -1, 1))
+    off = norm(cross(part - part.mean(axis=0), normalized(part[-1] - part[0])))
+    return bool(turn < PARALLEL and np.sqrt((off**2).mean()) < BENT)
 
 
 def _chain(straights: list[Straight], points: Array, radius: float) -> Chain:
