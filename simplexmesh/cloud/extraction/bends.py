@@ -10,30 +10,23 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import cross, dot, norm, normalized
-from simplexmesh.cloud.extraction.growth import ASLANT, DECISIVE, FITTED, WIDE, WITHIN
+from simplexmesh.cloud.extraction.growth import ASLANT, DECISIVE, FITTED, WIDE
 from simplexmesh.cloud.extraction.patches import Limits, refined
 from simplexmesh.cloud.extraction.working import Working
+from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.cloud.pipes.chain import Chain, chain_of
+from simplexmesh.cloud.pipes.tolerances import MEETING, PARALLEL, TRIED
 from simplexmesh.data.primitives import Cylinder, Primitive, Torus
 from simplexmesh.numerics.round_fits import between_axes
 
 ALIKE = 0.2
 """Share by which the radii of two pipes may differ, which are fitted to a part of them, with a part of the bend."""
 
-MEETING = 0.6
-"""Distance of their axes, in radii."""
-
-ANGLES = np.radians([6, 172])
-"""Least and greatest angle by which pipes turn: below there is no bend to see, above axes meet nowhere near."""
-
 PIECE = 0.8
 """Share of a pipe's points that are of a bend between others, above which it is a piece of that."""
 
 WIDEST = 12.0
 """Radius of a bend, in radii of the pipe."""
-
-RADII = 20
-"""That are tried, in equal ratios."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +85,7 @@ def between(
         return None
     at, ways, reach, radius = corner
     turn = np.pi - float(np.arccos(np.clip(dot(*ways), -1, 1)))
-    if not ANGLES[0] < turn < ANGLES[1]:
+    if not PARALLEL < turn < np.pi - PARALLEL:
         return None
     most = min(reach / np.tan(turn / 2), WIDEST * radius)
     if most <= radius:
@@ -101,7 +94,7 @@ def between(
     near = np.array(tree.query_ball_point(at, float(np.hypot(length, 2 * radius))), dtype=np.int64)
     every, near = near, near[:: -(-len(near) // (4 * FITTED))]
     corners = np.stack([at + length * ways[0], at, at + length * ways[1]])
-    radii = np.geomspace(1.02 * radius, most, RADII)
+    radii = np.geomspace(1.02 * radius, most, TRIED)
     values = [gains(work, chain_of(corners, [each], radius), near).sum() for each in radii]
     chain: Chain = chain_of(corners, [radii[int(np.argmax(values))]], radius)
     for band in (WIDE, WITHIN):

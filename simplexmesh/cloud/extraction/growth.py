@@ -11,10 +11,8 @@ from simplexmesh._base.vectors import norm
 from simplexmesh.cloud.extraction import _kernels_growth
 from simplexmesh.cloud.extraction.patches import AFTER, LEAST, Limits, fit, refined
 from simplexmesh.cloud.extraction.working import Working
+from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.data.primitives import Primitive
-
-WITHIN = 3.0
-"""Deviations of the noise from a primitive within which points are on it."""
 
 WIDE = 8.0
 """... within which they may be on what it turns out to be."""

@@ -11,9 +11,10 @@ from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.cloud.extraction._kernels_growth import settle
 from simplexmesh.cloud.extraction.bends import Bend, Run, proposed, runs
-from simplexmesh.cloud.extraction.growth import DECISIVE, FITTED, ROUNDS, WITHIN, Grown, fits, thinned
+from simplexmesh.cloud.extraction.growth import DECISIVE, FITTED, ROUNDS, Grown, fits, thinned
 from simplexmesh.cloud.extraction.patches import Limits, refined
 from simplexmesh.cloud.extraction.working import Working
+from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.data.primitives import Primitive
 
 NONE = WITHIN**2 / 2

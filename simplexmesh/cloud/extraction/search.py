@@ -9,10 +9,11 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Indices, Mask
 from simplexmesh._base.progress import Report, _silent
-from simplexmesh.cloud.extraction.growth import ASLANT, SETTLED, WITHIN, Grown, deviation, fits, grown, grown_once
+from simplexmesh.cloud.extraction.growth import ASLANT, SETTLED, Grown, deviation, fits, grown, grown_once
 from simplexmesh.cloud.extraction.patches import DOUBLINGS, LEAST, Limits, patch
-from simplexmesh.cloud.extraction.result import KINDS
 from simplexmesh.cloud.extraction.working import Working
+from simplexmesh.cloud.fitting.refine import WITHIN
+from simplexmesh.cloud.fitting.selection import SURFACES
 
 BATCH = 12
 """Seeds from which patches grow before the best is taken."""
@@ -84,9 +85,9 @@ def hypotheses(work: Working, alive: Mask, seeds: Indices, limits: Limits) -> li
 
 def piece_of(work: Working, found: Grown, alive: Mask, limits: Limits, rng: np.random.Generator) -> Grown | None:
     """Return the primitive, of a kind that is not looked for, that one is a small piece of: a pipe is no planes."""
-    if set(limits.kinds) == set(KINDS):
+    if set(limits.kinds) == set(SURFACES):
         return None
-    whole = grown(work, found.primitive, alive, found.members, replace(limits, kinds=KINDS), rng)
+    whole = grown(work, found.primitive, alive, found.members, replace(limits, kinds=SURFACES), rng)
     return None if whole.primitive.kind in limits.kinds or 2 * found.evidence > whole.evidence else whole
 
 

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from simplexmesh._base.vectors import dot
+from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.cloud.pipes.chain import Chain
-from simplexmesh.cloud.pipes.refining import SUPERFLUOUS, TIGHT, cheaper, near_surface
+from simplexmesh.cloud.pipes.refining import SUPERFLUOUS, cheaper, near_surface
 from simplexmesh.cloud.pipes.tolerances import SHORT
 from simplexmesh.cloud.pipes.tracing._kernels_tracing import STEP
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
@@ -38,7 +39,7 @@ def reversed_chain(chain: Chain) -> Chain:
 
 def _ended(around: Surroundings, chain: Chain, deviation: float) -> Chain:
     """Return a chain that ends where its points do: on the last straight, or in the bend before."""
-    at = near_surface(around, chain, max(TIGHT * deviation, 0.02 * around.radius))
+    at = near_surface(around, chain, max(WITHIN * deviation, 0.02 * around.radius))
     if len(at) < 10:
         return chain
     station = np.sort(chain.feet(around.points[at]).station)[-1 - BEYOND]

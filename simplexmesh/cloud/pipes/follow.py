@@ -11,13 +11,14 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices
+from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.cloud.opening import opened
 from simplexmesh.cloud.pipes.chain import Chain
 from simplexmesh.cloud.pipes.diameters import joined, next_radius
 from simplexmesh.cloud.pipes.elements import elements_of
 from simplexmesh.cloud.pipes.ends import reversed_chain, with_ends
 from simplexmesh.cloud.pipes.line import PipeLine
-from simplexmesh.cloud.pipes.refining import TIGHT, covariance_of, held, near_surface, refined, simplified
+from simplexmesh.cloud.pipes.refining import covariance_of, held, near_surface, refined, simplified
 from simplexmesh.cloud.pipes.tolerances import BAND, NEAR
 from simplexmesh.cloud.pipes.tracing.segmenting import segmented
 from simplexmesh.cloud.pipes.tracing.start import Beginning, beginning
@@ -107,7 +108,7 @@ def followed(found: Beginning) -> tuple[Chain, Array, float, tuple[str, str]]:
     chain, deviation = refined(near, chain)
     ended = with_ends(near, chain, deviation)
     points = near.points[near_surface(near, ended, max(BAND * around.radius / 3, 3 * deviation))]
-    return ended, covariance_of(ended, points, TIGHT * deviation, held(near, ended)), deviation, stops
+    return ended, covariance_of(ended, points, WITHIN * deviation, held(near, ended)), deviation, stops
 
 
 def run(found: Beginning) -> tuple[Chain, tuple[str, str]]:
@@ -153,7 +154,7 @@ def line_of(
 ) -> PipeLine:
     """Return the line of a chain with its points of the cloud, which is moved back to its place."""
     points = np.asarray(tree.data)
-    at, distance = on_line(chain, tree, TIGHT * deviation)
+    at, distance = on_line(chain, tree, WITHIN * deviation)
     elements, owner = elements_of(chain, points[at], covariance, origin)
     labels = np.full(len(points), -1)
     labels[at] = owner

@@ -16,10 +16,10 @@ from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.progress import Report, part_of
 from simplexmesh.cloud.extraction.extract import extract_primitives
 from simplexmesh.cloud.extraction.result import Extraction
+from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.cloud.opening import opened, shown
 from simplexmesh.cloud.pipes.follow import followed, line_of, on_line, radius_limits
 from simplexmesh.cloud.pipes.line import PipeElement, PipeLine, Pipes
-from simplexmesh.cloud.pipes.refining import TIGHT
 from simplexmesh.cloud.pipes.seeds import likely_picks
 from simplexmesh.cloud.pipes.tees import with_tees
 from simplexmesh.cloud.pipes.tolerances import ALIKE, BAND, FEWEST, SHORT
@@ -200,7 +200,7 @@ def _lines(tree: cKDTree, origin: Array, starts: Iterable[Beginning], taken: Mas
         try:
             chain, covariance, deviation, stops = followed(start)
             wide, distance = on_line(chain, tree, BAND * float(chain.radii.min()))
-            at, near = (wide[np.abs(distance) < band * deviation] for band in (TIGHT, 2.0))
+            at, near = (wide[np.abs(distance) < band * deviation] for band in (WITHIN, 2.0))
             short = chain.stations[-1] < 2 * SHORT * chain.radii.max()
             peaked = 2 * len(near) > len(wide)
             if short or not peaked or len(at) < FEWEST or taken[at].mean() > 0.5:
@@ -208,5 +208,5 @@ def _lines(tree: cKDTree, origin: Array, starts: Iterable[Beginning], taken: Mas
             lines.append(line_of(tree, origin, chain, covariance, deviation, stops))
         except (ValueError, np.linalg.LinAlgError):
             continue
-        taken[wide[np.abs(distance) < 2 * TIGHT * deviation]] = True
+        taken[wide[np.abs(distance) < 2 * WITHIN * deviation]] = True
     return sorted(lines, key=lambda line: -int((line.labels >= 0).sum()))

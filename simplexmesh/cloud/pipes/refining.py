@@ -9,6 +9,7 @@ from scipy.linalg import null_space
 
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import cross, dot, norm
+from simplexmesh.cloud.fitting.refine import DEVIATION, WITHIN
 from simplexmesh.cloud.fitting.solver import solve
 from simplexmesh.cloud.pipes.chain import Chain
 from simplexmesh.cloud.pipes.tolerances import BAND, FACING, SLIGHT
@@ -18,9 +19,6 @@ from simplexmesh.numerics.round_fits import between_axes
 
 LOOSE = 0.1
 """Scale of the first loss, in radii: bends are traced as well."""
-
-TIGHT = 3.0
-"""Scale of the last loss, in deviations of the noise."""
 
 MOST_NOISE = 0.06
 """Deviation of points from a pipe, in radii: of even points within the first band it is twice that."""
@@ -44,14 +42,14 @@ def near_surface(around: Surroundings, chain: Chain, band: float) -> Indices:
 def refined(around: Surroundings, chain: Chain) -> tuple[Chain, float]:
     """Return the chain of least distance from its points, and the deviation of their noise."""
     r = around.radius
-    deviation = LOOSE * r / TIGHT
+    deviation = LOOSE * r / WITHIN
     for k in range(3):
         at = near_surface(around, chain, max(BAND * r / (1 + k), 3 * deviation))
         if len(at) < chain.n_parameters:
             raise ValueError(f"pick must be on a pipe, but no more than {len(at)} points are on that which is there")
         points = around.points[at]
-        chain = fitted(around, chain, points, TIGHT * deviation)
-        deviation = float(np.clip(1.4826 * np.median(np.abs(chain.distance(points))), 1e-9 * r, MOST_NOISE * r))
+        chain = fitted(around, chain, points, WITHIN * deviation)
+        deviation = float(np.clip(DEVIATION * np.median(np.abs(chain.distance(points))), 1e-9 * r, MOST_NOISE * r))
     return chain, deviation
 
 
@@ -112,7 +110,7 @@ def cheaper(around: Surroundings, chain: Chain, other: Chain, price: float) -> C
     of what they differ by.
     """
     points = around.points[near_surface(around, chain, BAND * around.radius)]
-    scale = LOOSE * around.radius / TIGHT
+    scale = LOOSE * around.radius / WITHIN
     moved = [fitted(around, each, points, scale) for each in (chain, other)]
     one, two = (each.distance(points) ** 2 for each in moved)
     costs = [float((square / (1 + square / scale**2)).sum()) for square in (one, two)]

@@ -10,12 +10,13 @@ from scipy.spatial import cKDTree
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import cross, norm, normalized
+from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.cloud.fitting.solver import solve
 from simplexmesh.cloud.pipes.chain import Chain
 from simplexmesh.cloud.pipes.ends import reversed_chain
 from simplexmesh.cloud.pipes.follow import line_of
 from simplexmesh.cloud.pipes.line import PipeElement, PipeLine
-from simplexmesh.cloud.pipes.refining import TIGHT, covariance_of
+from simplexmesh.cloud.pipes.refining import covariance_of
 from simplexmesh.cloud.pipes.tolerances import ALIKE, MEETING, SLIGHT
 from simplexmesh.data.primitives import Cylinder, Fit
 from simplexmesh.numerics.round_fits import between_axes
@@ -80,11 +81,11 @@ def _secant(line: PipeLine, place: Array, tree: cKDTree, origin: Array) -> PipeL
     start = replace(line.chain, corners=corners)
     fixed = np.zeros(start.n_parameters, bool)
     fixed[3 * len(corners) - 4 : 3 * len(corners) - 2] = True
-    chain = solve(start, points, fixed=fixed, loss_scale=TIGHT * line.rms)
+    chain = solve(start, points, fixed=fixed, loss_scale=WITHIN * line.rms)
     corners = chain.corners.copy()
     corners[-1] += (end - corners[-1]) @ chain.directions[-1] * chain.directions[-1]
     chain = replace(chain, corners=corners)
-    covariance = covariance_of(chain, points, TIGHT * line.rms, fixed)
+    covariance = covariance_of(chain, points, WITHIN * line.rms, fixed)
     return line_of(tree, origin, chain, covariance, line.rms, line.stops)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import cross, dot, norm, normalized
 from simplexmesh.cloud.pipes.chain import Chain, chain_of
-from simplexmesh.cloud.pipes.tolerances import MEETING, PARALLEL, SHORT
+from simplexmesh.cloud.pipes.tolerances import MEETING, PARALLEL, SHORT, TRIED
 from simplexmesh.cloud.pipes.tracing.tracking import Track
 from simplexmesh.numerics.round_fits import between_axes
 
@@ -25,9 +25,6 @@ BENT = 0.1
 
 LEAVES = 0.12
 """Distance from the axis of the last straight at which the end of a track is a bend, until points tell otherwise."""
-
-TRIED = 40
-"""Bend radii that are tried for one bend."""
 
 
 class Straight(NamedTuple):
