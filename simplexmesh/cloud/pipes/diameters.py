@@ -9,10 +9,7 @@ from simplexmesh._base.vectors import cross, dot, norm, tangents
 from simplexmesh.cloud.pipes.chain import Chain
 from simplexmesh.cloud.pipes.tolerances import ALIKE, BAND, FACING, FEWEST, PARALLEL
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
-from simplexmesh.cloud.pipes.tracing.tracking import SPREAD
-
-AHEAD = 5.0
-"""Length behind the end of a pipe, in its radii, in which the next diameter is looked for: reducers are shorter."""
+from simplexmesh.cloud.pipes.tracing.tracking import JUMP, SPREAD
 
 NARROWEST, WIDEST = 0.3, 3.0
 """Radii that may follow, over the present one."""
@@ -24,12 +21,12 @@ PEAKED = 0.04
 def next_radius(around: Surroundings, place: Array, direction: Array) -> tuple[float, Array] | None:
     """Return the radius of the coaxial pipe behind an end, and a place on its axis; None if there is none."""
     r = around.radius
-    at = around.near(place + 0.5 * AHEAD * r * direction, 0.5 * AHEAD * r + WIDEST * r)
+    at = around.near(place + 0.5 * JUMP * r * direction, 0.5 * JUMP * r + WIDEST * r)
     away = around.points[at] - place
     height = away @ direction
     out = away - height[:, None] * direction
     rho = norm(out)
-    fine = (height > 0) & (height < AHEAD * r) & (rho > NARROWEST * r) & (rho < WIDEST * r)
+    fine = (height > 0) & (height < JUMP * r) & (rho > NARROWEST * r) & (rho < WIDEST * r)
     at, height, out, rho = at[fine], height[fine], out[fine], rho[fine]
     facing = np.abs(dot(around.normals(at), out)) > FACING * rho
     height, rho, flat = height[facing], rho[facing], out[facing] @ np.stack(tangents(direction)).T

@@ -6,24 +6,31 @@ from dataclasses import replace
 
 import numpy as np
 
-from simplexmesh._base.vectors import dot
+from simplexmesh._base.vectors import dot, norm, normalized, tangents
 from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.cloud.pipes.chain import Chain
-from simplexmesh.cloud.pipes.refining import SUPERFLUOUS, cheaper, near_surface
-from simplexmesh.cloud.pipes.tolerances import SHORT
+from simplexmesh.cloud.pipes.refining import LOOSE, SUPERFLUOUS, cheaper, near_surface
+from simplexmesh.cloud.pipes.tolerances import BAND, SHORT
 from simplexmesh.cloud.pipes.tracing._kernels_tracing import STEP
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 
 MOST_ANGLE = np.radians(170)
 """Of a bend at an end: at half a turn its corner is at infinity."""
 
+LAST_BENDS = np.geomspace(0.3, 3.0, 8)
+"""Lengths of last bends that are tried, in radii; longer ones are traced."""
+
 BEYOND = 2
 """Points beyond an end, which may be strays."""
 
 
-def with_ends(around: Surroundings, chain: Chain, deviation: float) -> Chain:
-    """Return the chain with ends where its points end; short straights behind bends may become parts of those."""
+def with_ends(around: Surroundings, chain: Chain, deviation: float, *, bends: bool = False) -> Chain:
+    """Return the chain with ends where its points end; short straights behind bends may become parts of those.
+
+    With `bends` one more is looked for at each end, which also another diameter may look like.
+    """
     for _ in range(2):
+        chain = _with_last_bend(around, chain, deviation) if bends else chain
         chain = reversed_chain(_ended(around, _without_stub(around, chain), deviation))
     return chain
 
@@ -64,6 +71,36 @@ def _without_stub(around: Surroundings, chain: Chain) -> Chain:
     if chain.angles[-1] + more > MOST_ANGLE:
         return chain
     return cheaper(around, chain, _bent(chain, chain.angles[-1] + more), SUPERFLUOUS)
+
+
+def _with_last_bend(around: Surroundings, chain: Chain, deviation: float) -> Chain:
+    """Return a chain with one more bend at its end if that straight, too short to be traced, leaves its points."""
+    r, along, room = float(chain.radii[-1]), chain.directions[-1], float(np.diff(chain.limits[-1])[0])
+    if (chain.changes[:, 0] == len(chain.lengths) - 1).any():
+        room = min(room, chain.lengths[-1] - chain.changes[-1, 2])
+    feet = chain.feet(around.points[near_surface(around, chain, BAND * around.radius)])
+    frame = np.stack(tangents(along))
+    height, out = feet.station - chain.stations[-1], feet.normal @ frame.T
+    heavy = out / (1 + (feet.distance / (LOOSE * r)) ** 2)[:, None] ** 2
+    best, length, curvature = 0.0, 0.0, np.zeros(2)
+    for tried in r * LAST_BENDS[LAST_BENDS * r < room - r]:
+        sag = np.maximum(height + tried, 0) ** 2 / 2
+        right = heavy.T @ (sag * feet.distance)
+        found = np.linalg.solve((heavy * sag[:, None] ** 2).T @ out + 1e-12 * r**4 * np.eye(2), right)
+        gain = found @ right / deviation**2 - SUPERFLUOUS * np.log(max((sag > 0).sum(), 1))
+        if gain > best:
+            best, length, curvature = float(gain), float(tried), found
+    if not length:
+        return chain
+    bend = max(1 / float(norm(curvature)), r)
+    corners = np.append(chain.corners, chain.corners[-1:], axis=0)
+    corners[-2] += (bend * np.tan(length / bend / 2) - length) * along
+    corners[-1] = corners[-2] + r * (
+        np.cos(length / bend) * along + np.sin(length / bend) * normalized(curvature @ frame)
+    )
+    longer = replace(chain, corners=corners, bend_radii=np.append(chain.bend_radii, bend))
+    # three times the price: a wall beside the end looks like a bend too
+    return cheaper(around, chain, _bent(longer, length / bend), -3 * SUPERFLUOUS)
 
 
 def _bent(chain: Chain, angle: float) -> Chain:

@@ -106,7 +106,10 @@ def followed(found: Beginning) -> tuple[Chain, Array, float, tuple[str, str]]:
             chain, stops = reversed_chain(chain), stops[::-1]
     near = beside(around, chain, gap)
     chain, deviation = refined(near, chain)
-    ended = with_ends(near, chain, deviation)
+    ended = with_ends(near, chain, deviation, bends=True)
+    if len(ended.bend_radii) != len(chain.bend_radii):
+        ended, deviation = refined(near, ended)
+        ended = with_ends(near, ended, deviation)
     points = near.points[near_surface(near, ended, max(BAND * around.radius / 3, 3 * deviation))]
     return ended, covariance_of(ended, points, WITHIN * deviation, held(near, ended)), deviation, stops
 

@@ -23,7 +23,7 @@ MEETING = 0.5
 PARALLEL = np.radians(3)
 """Angle between axes that are one: welds are straight within 1 or 2 degrees (Chaperon 2002, 3.1.3)."""
 
-TRIED = 20
+TRIED = 40
 """Radii that are tried for a bend, in equal ratios."""
 
 SLIGHT = np.radians(10)

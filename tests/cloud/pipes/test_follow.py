@@ -76,6 +76,13 @@ class TestBends:
         assert_allclose(line.elements[1].bend_radius, 4, rtol=0.02)
         assert_allclose(line.elements[1].bend_angle * 4, end - chain.stations[1], atol=0.2)
 
+    @pytest.mark.parametrize("seed", [0, 1])
+    def test_that_end_a_line_too_soon_to_be_traced_are_told_from_points(self, seed):
+        chain = elbow(1.5)
+        line = followed(chain, hidden=(chain.stations[1] + 0.5, np.inf), arc=200.0, seed=seed)
+        assert [element.kind for element in line.elements] == ["straight", "bend"]
+        assert_allclose(line.elements[1].length, 0.5, atol=0.2)
+
     @pytest.mark.parametrize("noise", [0.01, 0.04])
     def test_there_are_none_where_a_straight_ends(self, noise):
         straight = chain_of([[0.0, 0, 0], [12, 0, 0]], [], 1.0)
