@@ -13,7 +13,8 @@ from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.cloud.extraction.patches import refined
 from simplexmesh.cloud.fitting import starts
-from simplexmesh.cloud.pipes.tolerances import BAND, FACING, FEWEST, NEAR
+from simplexmesh.cloud.pipes.tolerances import BAND, FACING, FEWEST, NEAR, SHORT
+from simplexmesh.cloud.pipes.tracing._kernels_tracing import STEP
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import Track, settled, traced
 from simplexmesh.data.primitives import Cylinder
@@ -47,8 +48,8 @@ class Beginning:
 def beginning(tree: cKDTree, place: Array, limits: tuple[float, float], gap: float) -> Beginning:
     """Return the beginning at a picked place with a radius within limits, or say why there is none.
 
-    Of neighborhoods of several sizes that of the longest axis: crosswise, or in a flat, points gather along no more
-    than a diameter.
+    Of neighborhoods of several sizes the first of a long axis, or that of the longest: crosswise, or in a flat, points
+    gather along no more than a diameter.
     """
     points = np.asarray(tree.data)
     distance, nearest = tree.query(place)
@@ -67,6 +68,8 @@ def beginning(tree: cKDTree, place: Array, limits: tuple[float, float], gap: flo
             given = limits[0] == limits[1]
             around = Surroundings(points, limits[0] if given else found.radius, radius_is_given=given)
             begun.append(Beginning(around, found.point, found.axis, gap))
+            if STEP * len(begun[-1].track.steps) > 4 * SHORT:
+                break
         else:
             refused = f"radius must be that of the pipe at pick, about {found.radius:.4g}"
     if not begun:
