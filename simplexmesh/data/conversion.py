@@ -89,6 +89,11 @@ def _from_array(value: Any, name: str) -> Volume | PointCloud:
     if array.ndim == 2 and array.shape[1] == 3:
         return PointCloud(array)
     if array.ndim == 2 and array.shape[1] == 6:
+        if zero := int(np.count_nonzero(~array[:, 3:].any(axis=1))):
+            other = (
+                "points alone have shape (*, 3), colors and the like are data: PointCloud(points, data={'color': ...})"
+            )
+            raise ValueError(f"{name} of shape (*, 6) are points and normals, of which {zero} are zero: {other}")
         return PointCloud(array[:, :3], array[:, 3:])
     raise ValueError(
         f"{name} must have shape (*, 3) for points, (*, 6) with normals or (nx, ny, nz) for a volume, not {array.shape}"

@@ -130,6 +130,15 @@ def test_wires_over_a_floor_are_no_curve():
     assert not on_curve(points, cKDTree(points))
 
 
+@pytest.mark.parametrize("find", [sm.extract_primitives, sm.extract_pipes, lambda at: sm.follow_pipe(at, (1, 0, 3))])
+def test_colors_beside_points_are_no_normals(find):
+    colored = np.column_stack([pipe(), np.random.default_rng(0).integers(0, 2, (2000, 3))])
+    with pytest.raises(
+        ValueError, match=r"^cloud of shape \(\*, 6\) are points and normals, of which \d+ are zero: .* data"
+    ):
+        find(colored)
+
+
 def test_a_list_of_points_has_a_label_for_each(tmp_path):
     points = np.repeat(pipe(500), 2, axis=0)
     sm.PointCloud(points).save(tmp_path / "twice.ply")

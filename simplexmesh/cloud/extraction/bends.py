@@ -10,48 +10,23 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import cross, dot, norm, normalized
-from simplexmesh.cloud.extraction.growth import ASLANT, DECISIVE, WIDE, WITHIN
+from simplexmesh.cloud.extraction.growth import ASLANT, DECISIVE, FITTED, WIDE
 from simplexmesh.cloud.extraction.patches import Limits, refined
 from simplexmesh.cloud.extraction.working import Working
+from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.cloud.pipes.chain import Chain, chain_of
+from simplexmesh.cloud.pipes.tolerances import MEETING, PARALLEL, TRIED
 from simplexmesh.data.primitives import Cylinder, Primitive, Torus
 from simplexmesh.numerics.round_fits import between_axes
 
 ALIKE = 0.2
 """Share by which the radii of two pipes may differ, which are fitted to a part of them, with a part of the bend."""
 
-MEETING = 0.6
-"""Distance of their axes, in radii."""
-
-ANGLES = np.radians([6, 172])
-"""Least and greatest angle by which pipes turn: below there is no bend to see, above axes meet nowhere near."""
+PIECE = 0.8
+"""Share of a pipe's points that are of a bend between others, above which it is a piece of that."""
 
 WIDEST = 12.0
 """Radius of a bend, in radii of the pipe."""
-
-RADII = 20
-"""That are tried, in equal ratios."""
-
-LOOKED_AT = 2000
-"""Points near a corner that are looked at."""
-
-FITTED = 800
-"""Points of each part that pipes with bends are fitted to."""
-
-SEEN = 0.5
-"""Share of the sectors of a bend in which there are points."""
-
-SECTORS = 4
-"""Of a bend."""
-
-NEW = 0.03
-"""Share of the evidence of a bend that pipes that go on straight do not have."""
-
-PIECE = 0.6
-"""Share of a pipe's points above which it is a piece of a bend."""
-
-STEPS = 12
-"""Of the solver."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,16 +85,16 @@ def between(
         return None
     at, ways, reach, radius = corner
     turn = np.pi - float(np.arccos(np.clip(dot(*ways), -1, 1)))
-    if not ANGLES[0] < turn < ANGLES[1]:
+    if not PARALLEL < turn < np.pi - PARALLEL:
         return None
     most = min(reach / np.tan(turn / 2), WIDEST * radius)
     if most <= radius:
         return None
     length = most * np.tan(turn / 2) + 2 * radius
     near = np.array(tree.query_ball_point(at, float(np.hypot(length, 2 * radius))), dtype=np.int64)
-    every, near = near, near[:: -(-len(near) // (4 * LOOKED_AT))]
+    every, near = near, near[:: -(-len(near) // (4 * FITTED))]
     corners = np.stack([at + length * ways[0], at, at + length * ways[1]])
-    radii = np.geomspace(1.02 * radius, most, RADII)
+    radii = np.geomspace(1.02 * radius, most, TRIED)
     values = [gains(work, chain_of(corners, [each], radius), near).sum() for each in radii]
     chain: Chain = chain_of(corners, [radii[int(np.argmax(values))]], radius)
     for band in (WIDE, WITHIN):
@@ -128,8 +103,8 @@ def between(
         about = near[facing & (np.abs(distance) < band * work.noise)]
         if len(about) < limits.fewest:
             return None
-        about = about[:: -(-len(about) // LOOKED_AT)]
-        chain = refined(chain, work.points[about], WITHIN * work.noise, STEPS)
+        about = about[:: -(-len(about) // (4 * FITTED))]
+        chain = refined(chain, work.points[about], WITHIN * work.noise)
     return judged(work, chain, every, pair, [primitives[k] for k in pair], limits)
 
 
@@ -170,19 +145,16 @@ def gains(work: Working, chain: Chain | Primitive, near: Indices) -> Array:
 def judged(
     work: Working, chain: Chain, near: Indices, pair: tuple[int, int], pipes: list[Primitive], limits: Limits
 ) -> Bend | None:
-    """Return the bend of a chain if points fill it, and it says more of them than the pipes that go on straight."""
+    """Return the bend of a chain if it says more of them than the pipes that go on straight."""
     gain = gains(work, chain, near)
     feet = chain.feet(work.points[near])
     inside = (feet.piece == 1) & (gain > 0)
     members = near[inside]
     if len(members) < limits.fewest / 2:
         return None
-    sector = np.clip((feet.along[inside] / chain.angles[0] * SECTORS).astype(int), 0, SECTORS - 1)
-    if len(np.unique(sector)) <= SEEN * SECTORS:
-        return None
     straight = np.maximum(*(gains(work, pipe, members) for pipe in pipes))
     new = float((gain[inside] - straight).sum())
-    if new < NEW * float(gain[inside].sum()) + 2 * DECISIVE:
+    if new < 2 * DECISIVE:
         return None
     return Bend(*pair, chain.corners[1], float(chain.bend_radii[0]), new, members)
 

@@ -13,9 +13,10 @@ from simplexmesh._base.progress import Report
 from simplexmesh.cloud.extraction.finishing import described, labelled
 from simplexmesh.cloud.extraction.joint import Parts, together
 from simplexmesh.cloud.extraction.patches import LEAST, Limits
-from simplexmesh.cloud.extraction.result import KINDS, Extraction
+from simplexmesh.cloud.extraction.result import Extraction
 from simplexmesh.cloud.extraction.search import found_one_by_one
 from simplexmesh.cloud.extraction.working import Working, working
+from simplexmesh.cloud.fitting.selection import SURFACES
 from simplexmesh.cloud.fitting.starts import scaled
 from simplexmesh.cloud.opening import opened, shown
 from simplexmesh.data.points import PointCloud, distinct
@@ -30,7 +31,7 @@ FEWEST = 50
 def extract_primitives(
     cloud: Any,
     *,
-    kinds: Sequence[str] = KINDS,
+    kinds: Sequence[str] = SURFACES,
     noise: float | None = None,
     fewest: int | None = None,
     least_radius: float = 0.0,
@@ -136,9 +137,9 @@ def _limits(kinds: Sequence[str], low: float, high: float) -> Limits:
     if not isinstance(kinds, Iterable):
         raise TypeError(f"kinds must be a sequence of names, not {checks.type_name(kinds)}")
     given = [kinds] if isinstance(kinds, str) else list(kinds)
-    names = tuple(checks.choice("kinds", kind, KINDS) for kind in given)
+    names = tuple(checks.choice("kinds", kind, SURFACES) for kind in given)
     if not names:
-        raise ValueError("kinds must name at least one of " + ", ".join(KINDS))
+        raise ValueError("kinds must name at least one of " + ", ".join(SURFACES))
     least = checks.number("least_radius", low, 0.0)
     greatest = np.inf if high == np.inf else checks.number("greatest_radius", high, 0.0)
     if not least < greatest:

@@ -8,19 +8,16 @@ from scipy.spatial import cKDTree
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.cloud.extraction import _kernels_growth
 from simplexmesh.cloud.extraction.joint import NONE, PULL, Parts, half_spaces
-from simplexmesh.cloud.extraction.working import Working
+from simplexmesh.cloud.extraction.working import NEIGHBORS, Working
 from simplexmesh.cloud.fitting.describe import deferred_tests
 from simplexmesh.data.primitives import Primitive, fit_of
-
-NEIGHBORS = 8
-"""Labelled points about one, whose labels it may have: half as many as those that labels settle by."""
 
 
 def labelled(work: Working, state: Parts, points: Array) -> Indices:
     """Return the labels (n,) of all points: of the primitives of those about them, the nearest one."""
     if len(points) == len(work.points):
         return state.labels
-    near = state.labels[cKDTree(work.points).query(points, k=NEIGHBORS, workers=-1)[1]]
+    near = state.labels[cKDTree(work.points).query(points, k=NEIGHBORS // 2, workers=-1)[1]]
     best, labels = np.full(len(points), NONE), np.full(len(points), -1)
     halves = half_spaces(state)
     for k, primitive in enumerate(state.primitives):

@@ -11,10 +11,8 @@ from simplexmesh._base.vectors import norm
 from simplexmesh.cloud.extraction import _kernels_growth
 from simplexmesh.cloud.extraction.patches import AFTER, LEAST, Limits, fit, refined
 from simplexmesh.cloud.extraction.working import Working
+from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.data.primitives import Primitive
-
-WITHIN = 3.0
-"""Deviations of the noise from a primitive within which points are on it."""
 
 WIDE = 8.0
 """... within which they may be on what it turns out to be."""
@@ -25,8 +23,8 @@ ASLANT = np.cos(np.radians(40))
 FITTED = 600
 """Points that a primitive is fitted to while it grows."""
 
-ROUNDS = 5
-"""Of growth."""
+ROUNDS = 2
+"""Of growth, and of labels and fits."""
 
 DECISIVE = 5.0
 """Difference of half the Bayesian information criterion that is very strong evidence (Kass and Raftery 1995)."""
@@ -132,7 +130,7 @@ def candidates(work: Working, now: Grown, wide: Indices, limits: Limits, rng: np
         for some in (near, about) if len(wide) > 1.1 * len(now.members) else (near,):
             first = fit(kind, work.points[some], work.normals[some])
             if first is not None:
-                out.append(refined(first, work.points[about], scale, 15))
+                out.append(refined(first, work.points[about], scale))
     size = float(norm(work.points[near] - work.points[near].mean(axis=0)).max())
     return [each for each in out if limits.allow(each, size)]
 

@@ -10,32 +10,24 @@ import numpy as np
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.cloud.extraction._kernels_growth import settle
-from simplexmesh.cloud.extraction.bends import FITTED, STEPS, Bend, Run, proposed, runs
-from simplexmesh.cloud.extraction.growth import ASLANT, DECISIVE, WITHIN, Grown, fits, thinned
+from simplexmesh.cloud.extraction.bends import Bend, Run, proposed, runs
+from simplexmesh.cloud.extraction.growth import DECISIVE, FITTED, ROUNDS, Grown, fits, thinned
 from simplexmesh.cloud.extraction.patches import Limits, refined
 from simplexmesh.cloud.extraction.working import Working
+from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.data.primitives import Primitive
 
 NONE = WITHIN**2 / 2
 """Cost of a point of no primitive: that of one at three deviations."""
 
-AGAINST = 2.0
-"""Cost of a normal that is not the surface's: near edges some are not."""
-
 REACH = 4.5
 """Deviations beyond which a point is not of a primitive, whatever its neighbors are."""
 
-PULL = 0.2
-"""Of each neighbor of the same label: all sixteen bring in points that are up to four deviations away."""
-
-SWEEPS = 6
-"""Over all points, at most, in which labels settle."""
-
-ROUNDS = 2
-"""Of labels and fits."""
-
 OWN = 0.15
 """Share of a primitive's evidence that no other one has; with less it is superfluous."""
+
+PULL = 0.2
+"""Of each neighbor of the same label: all sixteen bring in points that are up to four deviations away."""
 
 
 @dataclass
@@ -94,19 +86,16 @@ def put(state: Parts, run: Run) -> None:
 
 
 def costs(work: Working, state: Parts) -> Array:
-    """Return the cost (n, m) of each point at each primitive: half the square of its deviations, or much more."""
+    """Return the cost (n, m) of each point at each primitive: half the square of its deviations; infinite far away."""
     out = np.full((len(work.points), len(state.primitives)), np.inf)
     halves = half_spaces(state)
     everywhere = np.arange(len(work.points))
     for k, primitive in enumerate(state.primitives):
-        distance, facing = fits(work, primitive, everywhere)
-        noise = state.noises[k]
+        distance, noise = fits(work, primitive, everywhere)[0], state.noises[k]
         at = np.flatnonzero(np.abs(distance) <= REACH * noise)
         for point, way in halves[k]:
             at = at[(work.points[at] - point) @ way >= 0]
-        out[at, k] = (
-            (distance[at] / noise) ** 2 / 2 + np.log(noise / work.noise) + np.where(facing[at] >= ASLANT, 0, AGAINST)
-        )
+        out[at, k] = (distance[at] / noise) ** 2 / 2 + np.log(noise / work.noise)
     return out
 
 
@@ -128,7 +117,7 @@ def half_spaces(state: Parts) -> list[list[tuple[Array, Array]]]:
 def settled(work: Working, state: Parts) -> None:
     """Let points take the labels of least cost, as those about them do."""
     cost = costs(work, state)
-    for _ in range(SWEEPS):
+    for _ in range(ROUNDS):
         if settle(work.near, cost, NONE, PULL, state.labels) < 1e-3 * len(work.points):
             break
 
@@ -182,7 +171,7 @@ def refit(work: Working, state: Parts, rng: np.random.Generator) -> None:
     for run in joined:
         numbers = [*run.pipes, *(state.first_bend + k for k in run.bends)]
         some = np.concatenate([thinned(members[k], FITTED, rng) for k in numbers])
-        chain = refined(run.chain, work.points[some], WITHIN * work.noise, STEPS)
+        chain = refined(run.chain, work.points[some], WITHIN * work.noise)
         put(state, replace(run, chain=chain))
         for corner, k in zip(chain.corners[1:-1], run.bends, strict=True):
             state.bends[k] = replace(state.bends[k], corner=corner)
@@ -191,4 +180,4 @@ def refit(work: Working, state: Parts, rng: np.random.Generator) -> None:
         bound |= set(numbers)
     for k in set(range(len(state.primitives))) - bound:
         some = work.points[thinned(members[k], 4 * FITTED, rng)]
-        state.primitives[k] = refined(state.primitives[k], some, WITHIN * state.noises[k], 15)
+        state.primitives[k] = refined(state.primitives[k], some, WITHIN * state.noises[k])

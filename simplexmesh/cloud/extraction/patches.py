@@ -10,6 +10,7 @@ import numpy as np
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import norm
 from simplexmesh.cloud.extraction.working import Working
+from simplexmesh.cloud.fitting.candidates import STEPS
 from simplexmesh.cloud.fitting.solver import Model, solve
 from simplexmesh.cloud.fitting.starts import start
 from simplexmesh.data.primitives import Cone, Primitive
@@ -25,9 +26,6 @@ LOOKED_AT = 160
 
 SLACK = 1.3
 """Deviations of the noise that a patch may have: of 24 points 1 in 50 has more by chance."""
-
-STEPS = 8
-"""Of the solver."""
 
 AFTER = {
     "": (("plane",), ("sphere", "cylinder"), ("cone", "torus")),
@@ -109,9 +107,9 @@ def fit(kind: str, points: Array, normals: Array) -> Primitive | None:
     return refined(found, points)
 
 
-def refined(primitive: Model, points: Array, scale: float | None = None, iterations: int = STEPS) -> Model:
+def refined(primitive: Model, points: Array, scale: float | None = None) -> Model:
     """Return what is moved to the least sum of squared distances, or of robust ones of a scale."""
-    return solve(primitive, points, loss_scale=scale, iterations=iterations, tolerance=1e-4)
+    return solve(primitive, points, loss_scale=scale, iterations=STEPS, tolerance=1e-4)
 
 
 def error(primitive: Primitive, points: Array) -> float:

@@ -14,16 +14,13 @@ from simplexmesh._base.arrays import Indices
 from simplexmesh._base.drafts import draft
 from simplexmesh._base.html import card
 from simplexmesh.cloud import step
+from simplexmesh.cloud.fitting.selection import SURFACES
 from simplexmesh.data.json_text import json_text
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.primitives import Primitive
 
 if TYPE_CHECKING:
     import pyvista as pv
-
-
-KINDS = ("plane", "sphere", "cylinder", "cone", "torus")
-"""Of primitives, the simplest first."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -69,8 +66,8 @@ class Extraction:
 
     def _summary(self) -> str:
         counts = Counter(each.kind for each in self.primitives)
-        plural = {kind: {"torus": "tori"}.get(kind, kind + "s") for kind in KINDS}
-        named = [f"{n} {kind if n == 1 else plural[kind]}" for kind in KINDS if (n := counts[kind])]
+        plural = {kind: {"torus": "tori"}.get(kind, kind + "s") for kind in SURFACES}
+        named = [f"{n} {kind if n == 1 else plural[kind]}" for kind in SURFACES if (n := counts[kind])]
         return ", ".join(named) or "no primitives"
 
     def __len__(self) -> int:
@@ -112,10 +109,10 @@ class Extraction:
         for k, each in enumerate(self.primitives):
             part = each.to_pyvista()
             part.cell_data["primitive"] = np.full(part.n_cells, k)
-            part.cell_data["kind"] = np.full(part.n_cells, KINDS.index(each.kind))
+            part.cell_data["kind"] = np.full(part.n_cells, SURFACES.index(each.kind))
             parts.append(part)
         out = pv.merge(parts, merge_points=False) if parts else pv.PolyData()
-        out.field_data["kinds"] = np.array(KINDS)
+        out.field_data["kinds"] = np.array(SURFACES)
         return out
 
     def save(self, path: str | Path) -> None:

@@ -9,11 +9,11 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Indices, Mask
 from simplexmesh._base.progress import Report, _silent
-from simplexmesh._base.vectors import norm
-from simplexmesh.cloud.extraction.growth import ASLANT, SETTLED, WITHIN, Grown, deviation, fits, grown, grown_once
+from simplexmesh.cloud.extraction.growth import ASLANT, SETTLED, Grown, deviation, fits, grown, grown_once
 from simplexmesh.cloud.extraction.patches import DOUBLINGS, LEAST, Limits, patch
-from simplexmesh.cloud.extraction.result import KINDS
 from simplexmesh.cloud.extraction.working import Working
+from simplexmesh.cloud.fitting.refine import WITHIN
+from simplexmesh.cloud.fitting.selection import SURFACES
 
 BATCH = 12
 """Seeds from which patches grow before the best is taken."""
@@ -27,17 +27,8 @@ MOST_SEEDS = 200
 TRIED = 3
 """Best candidates that grow in full."""
 
-CONCENTRATED = 1.45
-"""Deviations of the noise that points within three of a primitive may have: spread evenly they have 1.73."""
-
-THICK = 0.05
-"""Noise in the size of a primitive's points, above which they are a lump."""
-
 TOGETHER = 0.5
 """Share of the neighbors of a primitive's points that are on it too: of points that are by chance few are."""
-
-PIECE = 0.5
-"""Share of the evidence for a primitive below which what explains no more is a piece of it."""
 
 
 def found_one_by_one(work: Working, limits: Limits, rng: np.random.Generator, report: Report = _silent) -> list[Grown]:
@@ -94,18 +85,16 @@ def hypotheses(work: Working, alive: Mask, seeds: Indices, limits: Limits) -> li
 
 def piece_of(work: Working, found: Grown, alive: Mask, limits: Limits, rng: np.random.Generator) -> Grown | None:
     """Return the primitive, of a kind that is not looked for, that one is a small piece of: a pipe is no planes."""
-    if set(limits.kinds) == set(KINDS):
+    if set(limits.kinds) == set(SURFACES):
         return None
-    whole = grown(work, found.primitive, alive, found.members, replace(limits, kinds=KINDS), rng)
-    return None if whole.primitive.kind in limits.kinds or found.evidence > PIECE * whole.evidence else whole
+    whole = grown(work, found.primitive, alive, found.members, replace(limits, kinds=SURFACES), rng)
+    return None if whole.primitive.kind in limits.kinds or 2 * found.evidence > whole.evidence else whole
 
 
 def gathers(work: Working, found: Grown, alive: Mask) -> bool:
     """Return whether points gather about a primitive, as those of a volume do not."""
-    shown, uneven = deviation(work, found.primitive, found.members), found.noise > work.noise
-    if shown > (SETTLED if uneven else CONCENTRATED) * found.noise:
-        return False
-    if found.noise > THICK * float(norm(np.ptp(work.points[found.members], axis=0))):
+    uneven = found.noise > work.noise
+    if uneven and deviation(work, found.primitive, found.members) > SETTLED * found.noise:
         return False
     if uneven and np.median(work.rough[found.members]) > found.noise:  # a bent surface is smooth all the same
         return False

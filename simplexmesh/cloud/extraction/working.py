@@ -16,8 +16,8 @@ MOST = 100_000
 NEIGHBORS = 16
 """Of each point, itself the first: over them shapes grow, and their plane is that of its normal."""
 
-FINE, NOISY = 0.1, 0.3
-"""Noise in distances between points below which half as many neighbors tell a normal, above which twice as many."""
+FINE = 0.1
+"""Noise in distances between points below which half as many neighbors tell a normal."""
 
 PLACES = 300
 """At most, whose neighbors tell whether points are on a curve."""
@@ -25,11 +25,8 @@ PLACES = 300
 SAMPLED = 3000
 """Points whose surroundings tell the noise."""
 
-QUADRIC = 32
-"""Neighbors that a quadric is fitted to, to tell the noise."""
-
 FEW = 12
-"""... and to tell whether there is any: twice as many as a quadric has coefficients."""
+"""Neighbors that a quadric is fitted to, to tell whether there is any noise: twice its coefficients."""
 
 EXACT, EXACT_PLACES = 0.1, 0.25
 """If in a share of places, the second, the deviation is less than this share of the usual one, there is no noise."""
@@ -40,12 +37,8 @@ FLOOR = 1e-2
 MANY = 512
 """Neighbors, at most, of which one sees that points are on a curve."""
 
-THIN, NARROW, BENT = 0.05, 0.03, 0.1
-"""Of the variance along neighbors, that out of them below which they are no lump, and those across near and far ones of
-a curve: of strips two points wide it is 0.05."""
-
-FEW_PLACES = 0.05
-"""Share of the places of a curve where others may be near."""
+NARROW = 0.03
+"""Of the variance along neighbors, that across them on a curve, and the share of its places where others are near."""
 
 FLAT = 0.12
 """Of the mean squared distance of neighbors, their variance from a plane: above they are no surface, but a volume."""
@@ -81,8 +74,6 @@ def working(points: Array, noise: float | None, rng: np.random.Generator) -> Wor
         raise ValueError("cloud must be of surfaces, but its points are on a curve")
     fine = deviation < FINE * spacing
     wide = near[:, : NEIGHBORS // 2] if fine else near
-    if deviation > NOISY * spacing and len(points) > 4 * NEIGHBORS:
-        wide = tree.query(points, k=2 * NEIGHBORS, workers=-1)[1]
     normals, variance, _ = fitted(points, wide)
     spread = np.mean(np.square(points[wide] - points[:, None]).sum(axis=2), axis=1)
     smooth = variance <= FLAT * spread
@@ -102,8 +93,8 @@ def on_curve(points: Array, tree: cKDTree) -> bool:
         apart = near[:, :count] - near[:, :count].mean(axis=1, keepdims=True)
         out, across, along = np.linalg.eigvalsh(apart.transpose(0, 2, 1) @ apart).T
         far = count == most
-        if far or np.median(out - THIN * along) < 0:
-            if (across > (BENT if far else NARROW) * along).mean() > FEW_PLACES:
+        if far or np.median(out - NARROW * along) < 0:
+            if (across > NARROW * along).mean() > NARROW:
                 return False
             thin |= not far
     return thin
@@ -115,7 +106,7 @@ def measured_noise(points: Array, tree: cKDTree, rng: np.random.Generator) -> fl
     If it is next to nothing in many of the smallest places, points are exact, and what is seen in others is no noise.
     """
     some = points if len(points) <= SAMPLED else points[rng.choice(len(points), SAMPLED, replace=False)]
-    many = from_quadrics(points, tree, some, QUADRIC)
+    many = from_quadrics(points, tree, some, 2 * NEIGHBORS)
     least = float(np.quantile(from_quadrics(points, tree, some, FEW), EXACT_PLACES))
     usual = frequent(many)
     return least if least < EXACT * usual else usual

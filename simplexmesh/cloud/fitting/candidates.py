@@ -29,16 +29,16 @@ DIRECTIONS = 100
 """Axes over the half sphere that a cylinder is looked for about: 14 degrees apart."""
 
 TRIED = 4
-"""The best of these are refined."""
+"""The best of these, or of random subsets, are refined."""
 
-SCORED = 200
-"""Points that directions are scored on."""
+FEW = 200
+"""Points on which starts are compared."""
 
 TRIPLES = 3
 """Random triples of places, at each of two sizes, from which a torus is started."""
 
-STEPS = 8
-"""Of the cylinders from which cones and tori start."""
+STEPS = 12
+"""Of starts that are compared."""
 
 
 def candidates(kind: str, points: Array, normals: Array, known: Known, rng: int) -> Iterator[Primitive]:
@@ -91,7 +91,7 @@ def _cylinders(points: Array, normals: Array, axis: Array | None) -> Iterator[Cy
 
 def _directions(points: Array) -> Array:
     """Return the few of many directions (m, 3) across which points are nearest to a circle (Kasa's, which is fast)."""
-    some = points[:: -(-len(points) // SCORED)]
+    some = points[:: -(-len(points) // FEW)]
     k = np.arange(DIRECTIONS) + 0.5
     z, turn = 1 - k / DIRECTIONS, np.pi * (1 + np.sqrt(5)) * k
     axes = np.column_stack([np.sqrt(1 - z**2) * np.cos(turn), np.sqrt(1 - z**2) * np.sin(turn), z])

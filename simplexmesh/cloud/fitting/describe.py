@@ -11,14 +11,8 @@ import numpy as np
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Mask
 from simplexmesh.cloud.fitting.inputs import Given
-from simplexmesh.cloud.validation.validation import Validation, validated
+from simplexmesh.cloud.validation.validation import MOST_POINTS, TERMS, Validation, validated
 from simplexmesh.data.primitives import Primitive, fit_of
-
-TESTED = 2000
-"""Points whose distances are validated."""
-
-SPARE = 16
-"""Points more than parameters that a validation needs."""
 
 
 def described(primitive: Primitive, given: Given, used: Mask, mask: Mask | None) -> Primitive:
@@ -46,11 +40,11 @@ def deferred_tests(
     weights: Array | None = None,
 ) -> Callable[[], Validation] | None:
     """Return what tests whether the distances of some of the points are noise; None of too few points."""
-    if len(points) < primitive.n_parameters + SPARE:
+    if len(points) <= primitive.n_parameters + TERMS:
         return None
     scale = np.ones(len(points)) if weights is None else np.sqrt(weights)
-    if len(points) > TESTED:
-        some = np.sort(rng.choice(len(points), TESTED, replace=False))
+    if len(points) > MOST_POINTS:
+        some = np.sort(rng.choice(len(points), MOST_POINTS, replace=False))
         points, scale = points[some], scale[some]
     return partial(_tested, primitive, points, scale, free, noise, int(rng.integers(2**32)))
 

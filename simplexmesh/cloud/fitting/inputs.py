@@ -13,6 +13,7 @@ from simplexmesh._base.arrays import Array, Mask
 from simplexmesh._base.vectors import norm, normalized
 from simplexmesh.cloud.fitting.candidates import Known
 from simplexmesh.cloud.fitting.starts import scaled
+from simplexmesh.cloud.validation.validation import ROUNDING
 from simplexmesh.data.conversion import as_points
 from simplexmesh.data.points import warn_of_steps
 from simplexmesh.data.primitives import Circle, Cone, Cylinder, Line, Plane, Primitive, Sphere, Torus
@@ -28,9 +29,6 @@ HELD = {
     "half_angle": ("half angle",),
 }
 """How the parameters of charts begin that are known with an argument."""
-
-FLAT = 64 * float(np.finfo(float).eps)
-"""Of the coordinates: points that are nearer to one plane, or one line, are on it but for rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,7 +150,7 @@ def _frame(points: Array, kind: str, known: Known) -> tuple[Array, float, bool]:
         raise ValueError(f"points must be at least {least} different ones to determine a {wanted}, not {different}")
     middle = points.mean(axis=0)
     size = float(norm(points - middle).max()) or 1.0
-    rounding = FLAT * float(np.abs(points).max())
+    rounding = ROUNDING * float(np.abs(points).max())
     some = points[:: -(-len(points) // 2000)] - middle
     extents = np.append(np.linalg.svd(some, compute_uv=False), np.zeros(3))[:3] / np.sqrt(len(some))
     flat = bool(extents[2] <= rounding)

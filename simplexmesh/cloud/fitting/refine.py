@@ -8,31 +8,20 @@ from itertools import islice
 import numpy as np
 
 from simplexmesh._base.arrays import Array, Mask
-from simplexmesh.cloud.fitting.candidates import Known, candidates, given
+from simplexmesh.cloud.fitting.candidates import FEW, STEPS, TRIED, Known, candidates, given
 from simplexmesh.cloud.fitting.inputs import Given, in_unit
 from simplexmesh.cloud.fitting.solver import solve
+from simplexmesh.cloud.validation.validation import MOST_POINTS, NEGLIGIBLE
 from simplexmesh.data.primitives import Cone, Primitive
 from simplexmesh.numerics.plane_fits import planes
 from simplexmesh.numerics.rigid import robust_scale
 from simplexmesh.numerics.round_fits import from_axis
 
-MOST_POINTS = 2000
-"""From which normals and initial values are taken; kinds are compared on them."""
-
 LEAST_POINTS = 24
 """... at least, of weighted ones, if there are as many."""
 
-FEW = 300
-"""Points on which initial values are compared."""
-
-STEPS = 10
-"""With which initial values are compared."""
-
 SAMPLES = {5: 150, 20: 50}
 """How many random subsets of a size are started from: with 30 % of outliers 1 in 6 subsets of 5 points has none."""
-
-BEST = 6
-"""The best starts of subsets are refined."""
 
 ROUNDS = 20
 """At most, in which the scale of outliers is found."""
@@ -45,9 +34,6 @@ FINAL = 2
 
 THIN = 4.0
 """Of the rms distance: thinner tubes and balls are inside a layer of noise, whose least squares they often are."""
-
-FLOOR = 1e-9
-"""Least scale of the noise, of the size of the points."""
 
 DEVIATION = 1.4826
 """Of a normal law, in medians of the absolute value."""
@@ -121,7 +107,7 @@ def steady(primitive: Primitive, points: Array, mask: Mask | None) -> Primitive:
     """Return a primitive moved to the least robust sum of distances, whose scale is that of the distances."""
     before = np.inf
     for _ in range(ROUNDS):
-        scale = robust_scale(primitive.distance(points), FLOOR)
+        scale = robust_scale(primitive.distance(points), NEGLIGIBLE)
         if scale > 0.99 * before:
             break
         before = scale
@@ -145,12 +131,12 @@ def without_outliers(primitive: Primitive, points: Array, mask: Mask | None) -> 
 def deviation(primitive: Primitive, distance: Array) -> float:
     """Return the deviation of the noise from absolute distances, of which some may be of outliers."""
     chi = 1.1774 if primitive.per_point == 2 else 1 / DEVIATION  # median of two deviations, and of one
-    return max(float(np.median(distance)) / chi, FLOOR)
+    return max(float(np.median(distance)) / chi, NEGLIGIBLE)
 
 
 def _improved(primitive: Primitive, points: Array, mask: Mask | None, *, robust: bool) -> Primitive:
     """Return a primitive after some steps."""
-    scale = robust_scale(primitive.distance(points), FLOOR) if robust else None
+    scale = robust_scale(primitive.distance(points), NEGLIGIBLE) if robust else None
     return solve(primitive, points, fixed=mask, loss_scale=scale, iterations=STEPS)
 
 
@@ -163,4 +149,4 @@ def _of_subsets(kind: str, cloud: Cloud) -> list[Primitive]:
             chosen = cloud.rng.choice(len(cloud.some), size, replace=False)
             of_chosen = candidates(kind, cloud.some[chosen], cloud.normals[chosen], cloud.known, 0)
             found += list(islice(of_chosen, 1))  # the simplest
-    return sorted(found, key=lambda each: spread(each, few, robust=True))[:BEST]
+    return sorted(found, key=lambda each: spread(each, few, robust=True))[:TRIED]

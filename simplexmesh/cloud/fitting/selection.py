@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from simplexmesh._base.arrays import Array
 from simplexmesh.cloud.validation.selection import bic
+from simplexmesh.cloud.validation.validation import NEGLIGIBLE
 from simplexmesh.data.primitives import Primitive
 
 SIMPLER = {
@@ -21,15 +22,12 @@ SURFACES = ("plane", "sphere", "cylinder", "cone", "torus")
 DECISIVE = 10.0
 """Difference of the criterion that is very strong evidence (Kass and Raftery 1995)."""
 
-EXACT = 1e-9
-"""Of the size of the points: distances below are those of rounding, as good as any others."""
-
 
 def score(primitive: Primitive, points: Array) -> float:
     """Return the Bayesian information criterion of distances of points (n, 3) of unit size: less is better."""
     count = len(points) * primitive.per_point
     distance = primitive.distance(points)
-    return bic(float(distance @ distance) + count * EXACT**2, count, primitive.n_parameters)
+    return bic(float(distance @ distance) + count * NEGLIGIBLE**2, count, primitive.n_parameters)
 
 
 def simplest(found: list[Primitive], points: Array) -> Primitive:

@@ -9,10 +9,8 @@ import numpy as np
 
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import normalized
+from simplexmesh.cloud.validation.validation import NEGLIGIBLE
 from simplexmesh.data.primitives import Cone, Fit, Primitive, _kernels_profiles
-
-LEAST_SLOPE = 1e-9
-"""In radians: a cone that is nearer to a cylinder has its apex so far away that distances lose their digits."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -47,7 +45,7 @@ class Taper(Primitive):
 
     def cone(self) -> Cone:
         """Return it as a cone with an apex."""
-        angle = np.copysign(max(abs(self.slope), LEAST_SLOPE), self.slope)
+        angle = np.copysign(max(abs(self.slope), NEGLIGIBLE), self.slope)
         axis = np.copysign(1.0, angle) * self.axis
         return Cone(self.point - self.radius / np.tan(angle) * self.axis, axis, float(abs(angle)))
 

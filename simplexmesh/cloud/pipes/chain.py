@@ -20,9 +20,6 @@ LEAST_ANGLE = 1e-4
 SHORTEST = 1e-6
 """Length of a straight, in radii, that is none."""
 
-TIGHTEST = 1.0
-"""Bend radius in radii of the pipe at which a torus touches itself."""
-
 
 class Feet(NamedTuple):
     """Where points are nearest to the axis of a chain, which goes on straight at its ends."""
@@ -230,7 +227,7 @@ class Chain:
 
         Its ends are drawn out where bends need more than the first and the last segment.
         """
-        least = TIGHTEST * self.radii[np.searchsorted(self.changes[:, 0], np.arange(1, len(self.corners) - 1) - 0.5)]
+        least = self.radii[np.searchsorted(self.changes[:, 0], np.arange(1, len(self.corners) - 1) - 0.5)]
         bends = np.maximum(self.bend_radii, least)
         reaches = np.where(self.angles > LEAST_ANGLE, bends * np.tan(self.angles / 2), 0.0)
         before, after = np.append(0.0, reaches), np.append(reaches, 0.0)  # at both ends of each segment

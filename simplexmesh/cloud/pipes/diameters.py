@@ -7,47 +7,33 @@ import numpy as np
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import cross, dot, norm, tangents
 from simplexmesh.cloud.pipes.chain import Chain
+from simplexmesh.cloud.pipes.tolerances import ALIKE, BAND, FACING, FEWEST, PARALLEL
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
-from simplexmesh.cloud.pipes.tracing.tracking import SPREAD
-
-AHEAD = 5.0
-"""Length behind the end of a pipe, in its radii, in which the next diameter is looked for: reducers are shorter."""
+from simplexmesh.cloud.pipes.tracing.tracking import JUMP, SPREAD
 
 NARROWEST, WIDEST = 0.3, 3.0
 """Radii that may follow, over the present one."""
 
-SAME = 0.06
-"""Difference between radii, over the present one, that is none."""
-
-FACING = 0.9
-"""Cosine of the angle between normals and the direction from the axis of points on a coaxial pipe."""
-
-FEWEST = 60
-"""Points of a thinned cloud that tell a pipe: a length of one radius seen over a third of its turn has 130."""
-
 PEAKED = 0.04
 """Deviation over the radius of the distances from the axis of points on one pipe."""
-
-COAXIAL, ALIGNED = 0.15, np.radians(3)
-"""Offset in radii, and angle, of axes that are taken for one."""
 
 
 def next_radius(around: Surroundings, place: Array, direction: Array) -> tuple[float, Array] | None:
     """Return the radius of the coaxial pipe behind an end, and a place on its axis; None if there is none."""
     r = around.radius
-    at = around.near(place + 0.5 * AHEAD * r * direction, 0.5 * AHEAD * r + WIDEST * r)
+    at = around.near(place + 0.5 * JUMP * r * direction, 0.5 * JUMP * r + WIDEST * r)
     away = around.points[at] - place
     height = away @ direction
     out = away - height[:, None] * direction
     rho = norm(out)
-    fine = (height > 0) & (height < AHEAD * r) & (rho > NARROWEST * r) & (rho < WIDEST * r)
+    fine = (height > 0) & (height < JUMP * r) & (rho > NARROWEST * r) & (rho < WIDEST * r)
     at, height, out, rho = at[fine], height[fine], out[fine], rho[fine]
     facing = np.abs(dot(around.normals(at), out)) > FACING * rho
     height, rho, flat = height[facing], rho[facing], out[facing] @ np.stack(tangents(direction)).T
     best: tuple[int, float, Array] | None = None
     for radius in r * np.arange(NARROWEST, WIDEST, PEAKED):
         near = np.abs(rho - radius) < PEAKED * radius
-        if abs(radius / r - 1) < SAME or near.sum() < FEWEST or (best is not None and near.sum() <= best[0]):
+        if abs(radius / r - 1) < ALIKE or near.sum() < FEWEST or (best is not None and near.sum() <= best[0]):
             continue
         unit = flat[near] / rho[near, None]
         moments = np.linalg.eigvalsh(unit.T @ unit)
@@ -61,7 +47,7 @@ def joined(one: Chain, other: Chain) -> Chain | None:
     u, v = one.directions[-1], other.directions[0]
     base = one.corners[-2]
     offset = norm(cross(other.corners[0] - one.corners[-1], u))
-    if norm(cross(u, v)) > np.sin(ALIGNED) or u @ v < 0 or offset > COAXIAL * min(one.radii[-1], other.radii[0]):
+    if norm(cross(u, v)) > np.sin(PARALLEL) or u @ v < 0 or offset > BAND * min(one.radii[-1], other.radii[0]):
         return None
     j = len(one.lengths) - 1
     end, start = (one.corners[-1] - base) @ u, (other.corners[0] - base) @ u

@@ -7,15 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from simplexmesh._base.vectors import dot, norm, normalized, tangents
-from simplexmesh.cloud.pipes.chain import TIGHTEST, Chain
-from simplexmesh.cloud.pipes.refining import BAND, LOOSE, SUPERFLUOUS, TIGHT, cheaper, near_surface
+from simplexmesh.cloud.fitting.refine import WITHIN
+from simplexmesh.cloud.pipes.chain import Chain
+from simplexmesh.cloud.pipes.refining import LOOSE, SUPERFLUOUS, cheaper, near_surface
+from simplexmesh.cloud.pipes.tolerances import BAND, SHORT
+from simplexmesh.cloud.pipes.tracing._kernels_tracing import STEP
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
-
-STUB = 1.5
-"""Length in radii of a straight behind the last bend that may be the last part of that."""
-
-MARGIN = 0.5
-"""Length in radii by which a bend is drawn out when it is fitted to points of a stub: a step of the trace."""
 
 MOST_ANGLE = np.radians(170)
 """Of a bend at an end: at half a turn its corner is at infinity."""
@@ -49,7 +46,7 @@ def reversed_chain(chain: Chain) -> Chain:
 
 def _ended(around: Surroundings, chain: Chain, deviation: float) -> Chain:
     """Return a chain that ends where its points do: on the last straight, or in the bend before."""
-    at = near_surface(around, chain, max(TIGHT * deviation, 0.02 * around.radius))
+    at = near_surface(around, chain, max(WITHIN * deviation, 0.02 * around.radius))
     if len(at) < 10:
         return chain
     station = np.sort(chain.feet(around.points[at]).station)[-1 - BEYOND]
@@ -66,11 +63,11 @@ def _without_stub(around: Surroundings, chain: Chain) -> Chain:
     stub = float(np.diff(chain.limits[-1])[0])
     if (
         not len(chain.bend_radii)
-        or stub > STUB * chain.radii[-1]
+        or stub > SHORT * chain.radii[-1]
         or (chain.changes[:, 0] == len(chain.lengths) - 1).any()
     ):
         return chain
-    more = (stub + MARGIN * chain.radii[-1]) / chain.bend_radii[-1]
+    more = (stub + STEP * chain.radii[-1]) / chain.bend_radii[-1]
     if chain.angles[-1] + more > MOST_ANGLE:
         return chain
     return cheaper(around, chain, _bent(chain, chain.angles[-1] + more), SUPERFLUOUS)
@@ -95,14 +92,15 @@ def _with_last_bend(around: Surroundings, chain: Chain, deviation: float) -> Cha
             best, length, curvature = float(gain), float(tried), found
     if not length:
         return chain
-    bend = max(1 / float(norm(curvature)), TIGHTEST * r)
+    bend = max(1 / float(norm(curvature)), r)
     corners = np.append(chain.corners, chain.corners[-1:], axis=0)
     corners[-2] += (bend * np.tan(length / bend / 2) - length) * along
     corners[-1] = corners[-2] + r * (
         np.cos(length / bend) * along + np.sin(length / bend) * normalized(curvature @ frame)
     )
     longer = replace(chain, corners=corners, bend_radii=np.append(chain.bend_radii, bend))
-    return cheaper(around, chain, _bent(longer, length / bend), -SUPERFLUOUS)
+    # three times the price: a wall beside the end looks like a bend too
+    return cheaper(around, chain, _bent(longer, length / bend), -3 * SUPERFLUOUS)
 
 
 def _bent(chain: Chain, angle: float) -> Chain:

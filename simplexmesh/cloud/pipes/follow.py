@@ -11,13 +11,15 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices
+from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.cloud.opening import opened
 from simplexmesh.cloud.pipes.chain import Chain
 from simplexmesh.cloud.pipes.diameters import joined, next_radius
 from simplexmesh.cloud.pipes.elements import elements_of
 from simplexmesh.cloud.pipes.ends import reversed_chain, with_ends
 from simplexmesh.cloud.pipes.line import PipeLine
-from simplexmesh.cloud.pipes.refining import BAND, TIGHT, covariance_of, held, near_surface, refined, simplified
+from simplexmesh.cloud.pipes.refining import covariance_of, held, near_surface, refined, simplified
+from simplexmesh.cloud.pipes.tolerances import BAND, NEAR
 from simplexmesh.cloud.pipes.tracing.segmenting import segmented
 from simplexmesh.cloud.pipes.tracing.start import Beginning, beginning
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
@@ -25,12 +27,6 @@ from simplexmesh.cloud.pipes.tracing.tracking import JUMP
 
 MOST_CHANGES = 10
 """Of the radius towards one end of a line."""
-
-NOISE = 3.5
-"""Deviations of the noise within which points are on a line: all but one in 2,000 of its own."""
-
-CLEAR = 3.0
-"""Radii around the axis that are looked at when a chain is refined: what is near the surface, and their neighbors."""
 
 
 def follow_pipe(
@@ -115,7 +111,7 @@ def followed(found: Beginning) -> tuple[Chain, Array, float, tuple[str, str]]:
         ended, deviation = refined(near, ended)
         ended = with_ends(near, ended, deviation)
     points = near.points[near_surface(near, ended, max(BAND * around.radius / 3, 3 * deviation))]
-    return ended, covariance_of(ended, points, TIGHT * deviation, held(near, ended)), deviation, stops
+    return ended, covariance_of(ended, points, WITHIN * deviation, held(near, ended)), deviation, stops
 
 
 def run(found: Beginning) -> tuple[Chain, tuple[str, str]]:
@@ -132,8 +128,8 @@ def run(found: Beginning) -> tuple[Chain, tuple[str, str]]:
 def beside(around: Surroundings, chain: Chain, gap: float) -> Surroundings:
     """Return what is around a chain, and behind its ends as far as shadows are jumped over."""
     r = float(chain.radii.max())
-    past = (gap + CLEAR) * r
-    return around.cropped(chain.at(np.arange(-past, chain.stations[-1] + past, r))[0], CLEAR * r)
+    past = (gap + NEAR) * r
+    return around.cropped(chain.at(np.arange(-past, chain.stations[-1] + past, r))[0], NEAR * r)
 
 
 def extended(around: Surroundings, chain: Chain, stops: tuple[str, str], gap: float) -> tuple[Chain, tuple[str, str]]:
@@ -161,7 +157,7 @@ def line_of(
 ) -> PipeLine:
     """Return the line of a chain with its points of the cloud, which is moved back to its place."""
     points = np.asarray(tree.data)
-    at, distance = on_line(chain, tree, NOISE * deviation)
+    at, distance = on_line(chain, tree, WITHIN * deviation)
     elements, owner = elements_of(chain, points[at], covariance, origin)
     labels = np.full(len(points), -1)
     labels[at] = owner

@@ -16,11 +16,13 @@ from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.progress import Report, part_of
 from simplexmesh.cloud.extraction.extract import extract_primitives
 from simplexmesh.cloud.extraction.result import Extraction
+from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.cloud.opening import opened, shown
-from simplexmesh.cloud.pipes.follow import NOISE, followed, line_of, on_line, radius_limits
+from simplexmesh.cloud.pipes.follow import followed, line_of, on_line, radius_limits
 from simplexmesh.cloud.pipes.line import PipeElement, PipeLine, Pipes
 from simplexmesh.cloud.pipes.seeds import likely_picks
 from simplexmesh.cloud.pipes.tees import with_tees
+from simplexmesh.cloud.pipes.tolerances import ALIKE, BAND, FEWEST, SHORT
 from simplexmesh.cloud.pipes.tracing.start import Beginning, beginning
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import JUMP
@@ -33,26 +35,8 @@ PRIMITIVES = 0.6
 FAILURES = 40
 """Picks in a row that lead to no pipe, after which there are no more."""
 
-ALIKE = 0.1
-"""Of a radius that is asked for: by how much a cylinder's may differ from it."""
-
 SOLID = ("plane", "sphere")
 """Kinds of which no pipe is part: their points are set aside before lines are followed."""
-
-SHORTEST = 3.0
-"""Length of a line in radii: shorter ones may be parts of cones, spheres or edges."""
-
-FEWEST = 100
-"""Points of a line: those from which a cylinder is told (Chaperon 2002, 6.1.2)."""
-
-OWN = 0.5
-"""Share of a line's points, at least, that no line before it has."""
-
-PEAKED = 0.5
-"""Share of points within twice the noise of the surface among those within a wide band, at least."""
-
-WIDE = 0.3
-"""Half the width of that band, in radii."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -183,7 +167,7 @@ def _in_cylinders(
     """Yield beginnings in the middle of the cylinders of a scene, but for those whose points are taken."""
     labels = scene.labels[kept]
     for k, each in enumerate(scene.primitives):
-        if not isinstance(each, Cylinder) or each.extent is None or taken[labels == k].mean() > 1 - OWN:
+        if not isinstance(each, Cylinder) or each.extent is None or taken[labels == k].mean() > 0.5:
             continue
         radius = float(np.clip(each.radius, *limits))
         if abs(each.radius - radius) < ALIKE * radius:
@@ -205,7 +189,7 @@ def _picked(
         if failures > FAILURES:
             return
         with suppress(ValueError, np.linalg.LinAlgError):
-            yield beginning(tree, points[pick], limits, gap, patient=False)
+            yield beginning(tree, points[pick], limits, gap)
 
 
 def _lines(tree: cKDTree, origin: Array, starts: Iterable[Beginning], taken: Mask, report: Report) -> list[PipeLine]:
@@ -215,14 +199,14 @@ def _lines(tree: cKDTree, origin: Array, starts: Iterable[Beginning], taken: Mas
         report(float(taken.mean()), "following pipes")
         try:
             chain, covariance, deviation, stops = followed(start)
+            wide, distance = on_line(chain, tree, BAND * float(chain.radii.min()))
+            at, near = (wide[np.abs(distance) < band * deviation] for band in (WITHIN, 2.0))
+            short = chain.stations[-1] < 2 * SHORT * chain.radii.max()
+            peaked = 2 * len(near) > len(wide)
+            if short or not peaked or len(at) < FEWEST or taken[at].mean() > 0.5:
+                continue
+            lines.append(line_of(tree, origin, chain, covariance, deviation, stops))
         except (ValueError, np.linalg.LinAlgError):
             continue
-        wide, distance = on_line(chain, tree, WIDE * float(chain.radii.min()))
-        at, near = (wide[np.abs(distance) < band * deviation] for band in (NOISE, 2.0))
-        short = chain.stations[-1] < SHORTEST * chain.radii.max()
-        peaked = len(near) > PEAKED * len(wide)
-        if short or not peaked or len(at) < FEWEST or (~taken[at]).mean() < OWN:
-            continue
-        taken[wide[np.abs(distance) < 2 * NOISE * deviation]] = True
-        lines.append(line_of(tree, origin, chain, covariance, deviation, stops))
+        taken[wide[np.abs(distance) < 2 * WITHIN * deviation]] = True
     return sorted(lines, key=lambda line: -int((line.labels >= 0).sum()))

@@ -9,22 +9,16 @@ from scipy.linalg import null_space
 
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import cross, dot, norm
+from simplexmesh.cloud.fitting.refine import DEVIATION, WITHIN
 from simplexmesh.cloud.fitting.solver import solve
 from simplexmesh.cloud.pipes.chain import Chain
+from simplexmesh.cloud.pipes.tolerances import BAND, FACING, SLIGHT
+from simplexmesh.cloud.pipes.tracing._kernels_tracing import STEP
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.numerics.round_fits import between_axes
 
-BAND = 0.3
-"""Distance from the surface, in radii, within which points may be of the pipe before it is refined."""
-
-FACING = 0.7
-"""Cosine of the angle between the normals of the pipe and of its points: those of walls differ more."""
-
 LOOSE = 0.1
 """Scale of the first loss, in radii: bends are traced as well."""
-
-TIGHT = 3.0
-"""Scale of the last loss, in deviations of the noise."""
 
 MOST_NOISE = 0.06
 """Deviation of points from a pipe, in radii: of even points within the first band it is twice that."""
@@ -32,19 +26,13 @@ MOST_NOISE = 0.06
 TOLERANCE = 1e-5
 """Share of the cost that a last step promises to take off: a thousandth of the deviations of parameters."""
 
-SLIGHT = np.radians(8)
-"""Turn of a corner that may be one too much."""
-
 SUPERFLUOUS = 8.0
 """Parameters of a corner, twice: the price of one is that of Schwarz' criterion with correlated noise."""
-
-PAST = 0.5
-"""Length beyond the traced ends, in radii, where points may still be of the pipe: a step."""
 
 
 def near_surface(around: Surroundings, chain: Chain, band: float) -> Indices:
     """Return which points are within a distance of the chain's surface, between its ends, and face as it does."""
-    feet, past = chain.feet(around.points), PAST * around.radius
+    feet, past = chain.feet(around.points), STEP * around.radius
     within = (feet.station > -past) & (feet.station < chain.stations[-1] + past)
     at = np.flatnonzero(within & (np.abs(feet.distance) < band))
     found: Indices = at[np.abs(dot(around.normals(at), feet.normal[at])) > FACING]
@@ -54,14 +42,14 @@ def near_surface(around: Surroundings, chain: Chain, band: float) -> Indices:
 def refined(around: Surroundings, chain: Chain) -> tuple[Chain, float]:
     """Return the chain of least distance from its points, and the deviation of their noise."""
     r = around.radius
-    deviation = LOOSE * r / TIGHT
+    deviation = LOOSE * r / WITHIN
     for k in range(3):
         at = near_surface(around, chain, max(BAND * r / (1 + k), 3 * deviation))
         if len(at) < chain.n_parameters:
             raise ValueError(f"pick must be on a pipe, but no more than {len(at)} points are on that which is there")
         points = around.points[at]
-        chain = fitted(around, chain, points, TIGHT * deviation)
-        deviation = float(np.clip(1.4826 * np.median(np.abs(chain.distance(points))), 1e-9 * r, MOST_NOISE * r))
+        chain = fitted(around, chain, points, WITHIN * deviation)
+        deviation = float(np.clip(DEVIATION * np.median(np.abs(chain.distance(points))), 1e-9 * r, MOST_NOISE * r))
     return chain, deviation
 
 
@@ -122,7 +110,7 @@ def cheaper(around: Surroundings, chain: Chain, other: Chain, price: float) -> C
     of what they differ by.
     """
     points = around.points[near_surface(around, chain, BAND * around.radius)]
-    scale = LOOSE * around.radius / TIGHT
+    scale = LOOSE * around.radius / WITHIN
     moved = [fitted(around, each, points, scale) for each in (chain, other)]
     one, two = (each.distance(points) ** 2 for each in moved)
     costs = [float((square / (1 + square / scale**2)).sum()) for square in (one, two)]

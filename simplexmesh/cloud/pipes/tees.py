@@ -10,26 +10,19 @@ from scipy.spatial import cKDTree
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import cross, norm, normalized
+from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.cloud.fitting.solver import solve
 from simplexmesh.cloud.pipes.chain import Chain
 from simplexmesh.cloud.pipes.ends import reversed_chain
 from simplexmesh.cloud.pipes.follow import line_of
 from simplexmesh.cloud.pipes.line import PipeElement, PipeLine
-from simplexmesh.cloud.pipes.refining import TIGHT, covariance_of
+from simplexmesh.cloud.pipes.refining import covariance_of
+from simplexmesh.cloud.pipes.tolerances import ALIKE, MEETING, SLIGHT
 from simplexmesh.data.primitives import Cylinder, Fit
 from simplexmesh.numerics.round_fits import between_axes
 
-MEETING = 0.3
-"""Distance between the axes of branch and run, in radii of the run, that meet."""
-
 REACH = 2.0
 """Distance of the end of a branch from the axis of its run, in radii of that: its surface, and a weld or a shadow."""
-
-WIDER = 1.05
-"""Radius of a branch over that of its run, at most: of equal tees it is 1."""
-
-LEAST_TURN = np.radians(20)
-"""Between branch and run."""
 
 
 def with_tees(lines: list[PipeLine], tree: cKDTree, origin: Array) -> tuple[list[PipeLine], list[PipeElement]]:
@@ -68,8 +61,8 @@ def _met(branch: PipeLine, lines: list[PipeLine]) -> tuple[int, int, Array] | No
             sine = float(norm(cross(along, axis)))
             if (
                 element.kind != "straight"
-                or sine < np.sin(LEAST_TURN)
-                or branch.chain.radii[-1] > WIDER * element.radius
+                or sine < np.sin(SLIGHT)
+                or branch.chain.radii[-1] > (1 + ALIKE) * element.radius
             ):
                 continue
             ahead, before, apart, _ = between_axes(end, along, element.start, axis)
@@ -88,11 +81,11 @@ def _secant(line: PipeLine, place: Array, tree: cKDTree, origin: Array) -> PipeL
     start = replace(line.chain, corners=corners)
     fixed = np.zeros(start.n_parameters, bool)
     fixed[3 * len(corners) - 4 : 3 * len(corners) - 2] = True
-    chain = solve(start, points, fixed=fixed, loss_scale=TIGHT * line.rms)
+    chain = solve(start, points, fixed=fixed, loss_scale=WITHIN * line.rms)
     corners = chain.corners.copy()
     corners[-1] += (end - corners[-1]) @ chain.directions[-1] * chain.directions[-1]
     chain = replace(chain, corners=corners)
-    covariance = covariance_of(chain, points, TIGHT * line.rms, fixed)
+    covariance = covariance_of(chain, points, WITHIN * line.rms, fixed)
     return line_of(tree, origin, chain, covariance, line.rms, line.stops)
 
 

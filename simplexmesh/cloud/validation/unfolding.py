@@ -6,8 +6,6 @@ import numpy as np
 
 from simplexmesh._base.arrays import Array
 
-TURN = 2 * np.pi
-
 
 def unfolded(coordinates: Array, periods: tuple[bool, bool]) -> Array:
     """Return surface coordinates (n, 2) unwrapped from the widest gap between angles on, and scaled into [-1, 1].
@@ -25,7 +23,7 @@ def unfolded(coordinates: Array, periods: tuple[bool, bool]) -> Array:
 
 def _unwrapped(angles: Array) -> Array:
     """Return angles as those from the end of their widest gap on."""
-    around = np.sort(np.mod(angles, TURN))
-    gaps = np.diff(np.append(around, around[0] + TURN))
+    around = np.sort(np.mod(angles, 2 * np.pi))
+    gaps = np.diff(np.append(around, around[0] + 2 * np.pi))
     start = around[(int(gaps.argmax()) + 1) % len(around)]
-    return np.mod(np.mod(angles, TURN) - start, TURN)
+    return np.mod(np.mod(angles, 2 * np.pi) - start, 2 * np.pi)

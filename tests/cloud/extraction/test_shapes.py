@@ -10,8 +10,8 @@ import simplexmesh as sm
 from simplexmesh._base.vectors import norm
 from simplexmesh.cloud.extraction.growth import connected, evidence, fits
 from simplexmesh.cloud.extraction.patches import Limits, patch
-from simplexmesh.cloud.extraction.result import KINDS
 from simplexmesh.cloud.extraction.working import frequent, working
+from simplexmesh.cloud.fitting.selection import SURFACES
 from simplexmesh.data.primitives import Cone, Cylinder, Fit, Plane, Sphere, Torus
 
 TURN = (-np.pi, np.pi)
@@ -89,7 +89,7 @@ def test_the_most_frequent_value_is_that_of_the_larger_crowd():
 def test_a_patch_grows_into_what_its_surroundings_are(kind):
     shape, points = made(kind, noise=0.003)
     work = working(points, None, np.random.default_rng(0))
-    limits, tree, tried = Limits(KINDS, (0.0, np.inf), 50), cKDTree(points), []
+    limits, tree, tried = Limits(SURFACES, (0.0, np.inf), 50), cKDTree(points), []
     for seed in range(6):
         near = tree.query(points[seed], k=400)[1]
         found = patch(work, near, limits)

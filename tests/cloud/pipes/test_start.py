@@ -1,4 +1,4 @@
-"""First cylinders: nested neighborhoods beside a floor, as corrected and as printed (Chaperon 2002, 6.1.2)."""
+"""First cylinders: beside a floor, between other pipes, alone, and where there is none."""
 
 from __future__ import annotations
 
@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from simplexmesh.cloud.pipes.tracing.start import FEWEST, FINEST, MOST, RISE, first_cylinder, free_cylinder, nested
+from simplexmesh.cloud.pipes.chain import chain_of
+from simplexmesh.cloud.pipes.tracing.start import beginning
+from tests.cloud.pipes.lines import sampled
+
+ANY = (0.0, np.inf)
 
 
 def half_pipe(seed, gap, noise):
@@ -22,83 +26,34 @@ def half_pipe(seed, gap, noise):
     return np.concatenate([pipe, floor]), np.array([50 * np.sin(at), rng.uniform(-50, 50), 50 * np.cos(at)])
 
 
-def as_printed(fitted, most):
-    """The rule of the thesis: the mean takes in the present error, and those of rejected sizes."""
-    mean, i, size, low, high, expanding = 0.0, 0, FEWEST, FEWEST, 2 * FEWEST, True
-    primitive = None
-    while True:
-        primitive, error = fitted(size)
-        mean = (i * mean + error) / (i + 1)
-        good = error < RISE * mean
-        i += 1
-        if expanding and good:
-            low, high = size, 2 * size
-            size = high
-            if size > most:
-                return primitive, error, low
-        elif expanding:
-            expanding, high, size = False, size, (low + size) // 2
-        else:
-            low, high = (size, high) if good else (low, size)
-            if high - low < FINEST:
-                return primitive, error, low
-            size = (low + high) // 2
-
-
-def successes(rule, cases):
-    """How often the radius is within 5 %."""
-    good = 0
-    for seed, gap, noise in cases:
+@pytest.mark.parametrize("gap", [10, 40])
+@pytest.mark.parametrize("noise", [0.5, 1.0])
+def test_beside_a_floor_the_radius_is_that_of_the_pipe(gap, noise):
+    """Protocol P7."""
+    for seed in range(4):
         points, pick = half_pipe(seed, gap, noise)
-        near = points[cKDTree(points).query(pick, k=[*range(1, MOST + 1)])[1]]
-
-        def fitted(size, near=near):
-            cylinder = free_cylinder(near[:size][:: -(-size // 400)])
-            if cylinder is None:
-                return None, float("inf")
-            return cylinder, float(np.sqrt((cylinder.distance(near[:size]) ** 2).mean()))
-
-        found = rule(fitted, len(near))
-        good += found is not None and found[0] is not None and abs(found[0].radius - 50) < 2.5
-    return good
-
-
-CASES = [(seed, gap, noise) for seed in range(4) for gap in (10, 40) for noise in (0.5, 1.0)]
-
-
-def test_accepted_errors_alone_are_averaged():
-    corrected, printed = successes(nested, CASES), successes(as_printed, CASES)
-    assert corrected >= 0.9 * len(CASES)
-    assert printed < 0.7 * len(CASES)
-
-
-def test_sizes_double_then_bisect():
-    asked = []
-
-    def fitted(size):
-        asked.append(size)
-        return size, 1.0 if size <= 700 else 5.0
-
-    assert nested(fitted, 2000)[2] in range(700 - FINEST, 701)
-    assert asked[:4] == [100, 200, 400, 800]
-    assert asked[4] == 600
-
-
-def test_all_sizes_pass_on_one_surface():
-    assert nested(lambda size: (size, 1.0), 2000) == (2000, 1.0, 2000)
+        assert beginning(cKDTree(points), pick, ANY, 5.0).around.radius == pytest.approx(50, rel=0.05)
 
 
 @pytest.mark.parametrize("points", [np.zeros((50, 3)), np.eye(3)[[0, 0, 0, 1, 1, 1]]], ids=["one place", "two places"])
 def test_there_is_no_cylinder_in_few_places(points):
-    assert free_cylinder(np.array(points, float)) is None
+    with pytest.raises(ValueError, match=r"^pick must be on a pipe"):
+        beginning(cKDTree(np.array(points, float)), np.zeros(3), ANY, 5.0)
+
+
+def test_between_parallel_pipes_a_pick_is_on_its_own():
+    rng = np.random.default_rng(1)
+    rack = [sampled(chain_of([[0, 2.7 * k, 0], [30, 2.7 * k, 0]], [], 1.0), rng, 25.0, 0.02)[0] for k in range(3)]
+    points, view = np.concatenate(rack), np.array([0.2, 0.3, 0.9])
+    places = [[x, 2.7 * k + view[1], view[2]] for k in range(3) for x in (5.0, 15.0, 25.0)]
+    for place in places:
+        begun = beginning(cKDTree(points), np.array(place), ANY, 5.0)
+        assert begun.around.radius == pytest.approx(1, rel=0.05)
+        assert abs(begun.direction[0]) > 0.99
 
 
 def test_a_lonely_pipe_is_found():
     rng = np.random.default_rng(0)
     turn, height = rng.uniform([0, 0], [2 * np.pi, 12], (6000, 2)).T
-    cylinder, error, size = first_cylinder(
-        cKDTree(np.stack([np.cos(turn), np.sin(turn), height], axis=1)), np.array([1, 0, 6.0])
-    )
-    assert abs(cylinder.radius - 1) < 1e-6
-    assert error < 1e-2
-    assert size == MOST
+    points = np.stack([np.cos(turn), np.sin(turn), height], axis=1)
+    assert beginning(cKDTree(points), np.array([1, 0, 6.0]), ANY, 5.0).around.radius == pytest.approx(1, abs=1e-4)

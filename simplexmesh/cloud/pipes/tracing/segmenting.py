@@ -10,6 +10,7 @@ import numpy as np
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import cross, dot, norm, normalized
 from simplexmesh.cloud.pipes.chain import Chain, chain_of
+from simplexmesh.cloud.pipes.tolerances import MEETING, PARALLEL, SHORT, TRIED
 from simplexmesh.cloud.pipes.tracing.tracking import Track
 from simplexmesh.numerics.round_fits import between_axes
 
@@ -19,23 +20,11 @@ STRAIGHT = 0.03
 LONG = 4.0
 """Length from which a stretch is surely straight: one within the distance above has a bend radius of 20 at least."""
 
-SHORT = 1.5
-"""Length from which a stretch has a direction of its own."""
-
 BENT = 0.1
 """Root mean square distance of traced places from a bend, whose plane follows from two axes alone."""
 
 LEAVES = 0.12
 """Distance from the axis of the last straight at which the end of a track is a bend, until points tell otherwise."""
-
-APART = 0.6
-"""Distance between axes that a bend joins."""
-
-LEAST_TURN = np.radians(3)
-"""Angle between axes that are two: welds are straight within 1 or 2 degrees (Chaperon 2002, 3.1.3)."""
-
-TRIED = 40
-"""Bend radii that are tried for one bend."""
 
 
 class Straight(NamedTuple):
@@ -72,13 +61,13 @@ def bend_between(one: Straight, other: Straight, points: Array) -> tuple[Array, 
     """
     u, v = one.direction, other.direction
     turn = float(np.arctan2(norm(cross(u, v)), u @ v))
-    if turn < LEAST_TURN or turn > np.pi - LEAST_TURN:
+    if turn < PARALLEL or turn > np.pi - PARALLEL:
         return None
     ahead, _, apart, across = between_axes(one.point, u, other.point, v)
     corner = one.point + ahead * u + 0.5 * apart * across
     start, end = (corner - points[one.first]) @ u, (points[other.last] - corner) @ v
     room = min(start, end) / np.tan(turn / 2)
-    if abs(apart) > APART or room < 1:
+    if abs(apart) > MEETING or room < 1:
         return None
     between = points[one.first : other.last + 1] - corner
     inward, onward = normalized(v - u), normalized(u + v)
@@ -176,7 +165,7 @@ def _between(one: Straight, other: Straight, points: Array, directions: Array) -
     for k in range(low, high + 1):
         there = Straight(k, k, points[k], directions[k])
         halves = bend_between(one, there, points), bend_between(there, other, points)
-        costs.append(sum(APART if half is None else half[2] for half in halves))
+        costs.append(sum(MEETING if half is None else half[2] for half in halves))
     k = low + int(np.argmin(costs))
     if bend is not None and costs[k - low] > bend[2]:
         return None
@@ -188,7 +177,7 @@ def _collinear(one: Straight, other: Straight, points: Array) -> bool:
     part = points[one.first : other.last + 1]
     turn = np.arccos(np.clip(one.direction @ other.direction, -1, 1))
     off = norm(cross(part - part.mean(axis=0), normalized(part[-1] - part[0])))
-    return bool(turn < LEAST_TURN and np.sqrt((off**2).mean()) < BENT)
+    return bool(turn < PARALLEL and np.sqrt((off**2).mean()) < BENT)
 
 
 def _chain(straights: list[Straight], points: Array, radius: float) -> Chain:

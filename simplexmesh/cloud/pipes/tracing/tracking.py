@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import norm, normalized, tangents
+from simplexmesh.cloud.pipes.tolerances import ALIKE, MEETING, SHORT, SLIGHT
 from simplexmesh.cloud.pipes.tracing import _kernels_tracing
 from simplexmesh.cloud.pipes.tracing._kernels_tracing import STEP
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
@@ -25,20 +26,8 @@ SPREAD = 0.05
 SUPPORT = 0.2
 """Points on a step, as a share of those usual on the line so far."""
 
-WIDER = 0.08
-"""Change of the radius at which another diameter begins."""
-
 JUMP = 5.0
 """Shadow that is jumped over (Chaperon 2002, 3.2.5)."""
-
-SEEN = 1.5
-"""Pipe that must be seen behind a shadow."""
-
-SECANT = 0.4
-"""Distance between axes that are taken to meet."""
-
-SLIGHT = np.radians(10)
-"""Turn across a shadow up to which it may be the error of the directions on its two sides."""
 
 BACK = 3
 """Steps before a shadow whose axis may go on behind it: the last ones are drawn from one side only."""
@@ -136,7 +125,7 @@ def _goes_on(steps: list[Step], step: Step, r: float) -> bool:
     onward = (step.point - last.point) @ last.direction
     wider = step.excess - _usual_excess(steps)
     return bool(
-        abs(wider) < WIDER
+        abs(wider) < ALIKE
         and step.support > SUPPORT * usual
         and step.spread > SPREAD
         and 0.5 * STEP * r < onward < 2 * STEP * r
@@ -154,8 +143,8 @@ def _beyond(around: Surroundings, steps: list[Step], jump: float) -> list[Step]:
     if jump <= 0:
         return []
     r, last = around.radius, steps[-1]
-    center = last.point + 0.5 * (jump + SEEN) * r * last.direction
-    at = around.near(center, (0.5 * (jump + SEEN) + 1.5) * r)
+    center = last.point + 0.5 * (jump + SHORT) * r * last.direction
+    at = around.near(center, (0.5 * (jump + SHORT) + 1.5) * r)
     ahead = (around.points[at] - last.point) @ last.direction
     at = at[ahead > 0]
     if not len(at):
@@ -167,14 +156,14 @@ def _beyond(around: Surroundings, steps: list[Step], jump: float) -> list[Step]:
             continue
         step = settled(around, place, direction)
         usual = float(np.median([s.support for s in steps[-20:]]))
-        if step is None or step.support < SUPPORT * usual or abs(step.excess - _usual_excess(steps)) > WIDER:
+        if step is None or step.support < SUPPORT * usual or abs(step.excess - _usual_excess(steps)) > ALIKE:
             continue
         step = _onward(step, last)
         if step is None or not any(_meets(before, step, r, jump) for before in steps[-BACK:]):
             continue
         part = _seen(around, step, last)
         away = float(norm(part[0].point - last.point))
-        if len(part) * STEP >= SEEN and away < (jump + 2 * STEP) * r:
+        if len(part) * STEP >= SHORT and away < (jump + 2 * STEP) * r:
             found.append((away, part))
     return min(found, key=lambda pair: pair[0])[1] if found else []
 
@@ -220,11 +209,11 @@ def _meets(last: Step, step: Step, r: float, jump: float) -> bool:
     if turn < SLIGHT:  # where axes meet is uncertain
         middle = normalized(last.direction + step.direction)
         off = norm(between - (between @ middle) * middle)
-        return bool(off < SECANT * r + 0.5 * np.tan(turn / 2) * norm(between) + 0.05 * norm(between))
+        return bool(off < MEETING * r + 0.5 * np.tan(turn / 2) * norm(between) + 0.05 * norm(between))
     ahead, behind, apart, _ = between_axes(last.point, last.direction, step.point, step.direction)
-    if abs(apart) > SECANT * r + 0.03 * norm(between):
+    if abs(apart) > MEETING * r + 0.03 * norm(between):
         return False
-    return bool(min(ahead, behind) > 0.5 * r * np.tan(turn / 2) and max(ahead, behind) < 2 * (jump + SEEN) * r)
+    return bool(min(ahead, behind) > 0.5 * r * np.tan(turn / 2) and max(ahead, behind) < 2 * (jump + SHORT) * r)
 
 
 def _seen(around: Surroundings, step: Step, last: Step) -> list[Step]:
