@@ -47,6 +47,9 @@ CERTAIN = 4.0
 ASTRIDE = 2.0
 """In standard deviations of the noise: points nearer to a crease may belong to either side."""
 
+SETTLED = 8
+"""Rings around creases in which vertices move: others are where the smooth model had them, tips of cones too."""
+
 ROUNDED = 2.0
 """In standard deviations of the blur: an isosurface is round as near to a crease."""
 
@@ -263,11 +266,12 @@ def _released(mesh: SimplexMesh, target: Sided, creased: Mask, edge: float) -> t
 
 
 def _settled(mesh: SimplexMesh, target: Sided, creased: Mask, iterations: int, edge: float) -> SimplexMesh:
-    """Return the mesh with all vertices but those of creases moved to their data, evenly spread."""
-    free = np.where(creased, 0.0, 0.4)
+    """Return the mesh with the vertices around creases moved to their data, evenly spread; they and others stay."""
+    held = creased | ~dilated(creased, mesh.neighbors, SETTLED)
+    free = np.where(held, 0.0, 0.4)
     even = np.full((mesh.n_vertices, 3), 1 / 3)
     model = DeformableModel(
-        mesh, target, alpha=free, beta=free, damping=np.where(creased, 1.0, 0.6), reach=2 * edge, metric=even,
+        mesh, target, alpha=free, beta=free, damping=np.where(held, 1.0, 0.6), reach=2 * edge, metric=even,
         constraint="mean_curvature",
     )  # fmt: skip
     for _ in model.run(iterations, warnings=False):
