@@ -104,10 +104,10 @@ class _Irregular(Exception):  # noqa: N818  nothing that a caller sees
 
 def _text_contents(raw: bytes) -> Contents:
     """Return what plyfile would read of a text file, which takes it 3 s for a scan; also empty lines, and 2.0 for 2."""
-    raw = raw.replace(b"\r\n", b"\n") if b"\r" in raw else raw
     head, *body = re.split(rb"(?m)^end_header\s*?$", raw, maxsplit=1)
     if not body:
         raise _Irregular
+    head = head.replace(b"\r\n", b"\n")
     numbers, starts, ends = _rows_of_numbers(body[0])
     element = re.compile(rb"(?m)^(element[ \t]+\S+)[ \t]+(\d+)")
     empty_head = re.sub(rb"(?m)^format\s+ascii", b"format binary_little_endian", element.sub(rb"\1 0", head))
