@@ -1,12 +1,11 @@
-"""Kernels of connectivity: face orbits, connected components, neighborhoods, half-edge matching; areas of faces."""
+"""Kernels of connectivity: face orbits, connected components, neighborhoods, half-edge matching."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from simplexmesh._base._kernels_njit import njit
-from simplexmesh._base.arrays import Array, Indices, Indices32
-from simplexmesh.numerics._kernels_vectors import cross_product, minus, plus, row
+from simplexmesh._base.arrays import Indices, Indices32
 
 
 @njit(cache=True)
@@ -131,19 +130,3 @@ def half_edge_mates(faces: Indices) -> tuple[Indices, int]:
         else:
             return mates, half
     return mates, -1
-
-
-@njit(cache=True, error_model="numpy")
-def fan_vectors(vertices: Array, face_vertices: Indices32, offsets: Indices32, out: Array) -> None:
-    """Fill the vector areas (3n, 3) of the triangles of each corner of a face, the next one and the centroid."""
-    for f in range(offsets.size - 1):
-        begin, end = offsets[f], offsets[f + 1]
-        total = (0.0, 0.0, 0.0)
-        for k in range(begin, end):
-            total = plus(total, row(vertices, face_vertices[k]), 1.0)
-        center = (total[0] / (end - begin), total[1] / (end - begin), total[2] / (end - begin))
-        for k in range(begin, end):
-            here = minus(row(vertices, face_vertices[k]), center)
-            there = minus(row(vertices, face_vertices[k + 1 if k + 1 < end else begin]), center)
-            vector = cross_product(here, there)
-            out[k, 0], out[k, 1], out[k, 2] = 0.5 * vector[0], 0.5 * vector[1], 0.5 * vector[2]

@@ -6,7 +6,6 @@ import numpy as np
 
 from simplexmesh._base.arrays import Array, Indices32
 from simplexmesh._base.vectors import cross, dot, norm, normalized
-from simplexmesh.mesh import _kernels
 
 STEEP = 0.7
 """Cosine between the normals of a face and a vertex; figures of smooth bodies are the same from 0.5 to 0.9."""
@@ -47,9 +46,10 @@ def curved_centers(vertices: Array, normals: Array, face_vertices: Indices32, fa
 
 def fan_vectors(vertices: Array, face_vertices: Indices32, face_offsets: Indices32) -> Array:
     """Return the vector areas (3n, 3) of the fan triangles, each of a corner, the next one and the centroid."""
-    out = np.zeros((len(face_vertices), 3))
-    _kernels.fan_vectors(np.asarray(vertices, np.float64), face_vertices, face_offsets, out)
-    return out
+    centroids = np.repeat(face_centroids(vertices, face_vertices, face_offsets), np.diff(face_offsets), axis=0)
+    here = vertices[face_vertices] - centroids
+    there = vertices[following(face_vertices, face_offsets)] - centroids
+    return cross(here, there) / 2
 
 
 def face_areas(vertices: Array, face_vertices: Indices32, face_offsets: Indices32) -> Array:
