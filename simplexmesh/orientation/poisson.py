@@ -131,16 +131,21 @@ class Poisson:
 
     def indicator(self, normals: Array) -> Indicator:
         """Return the field whose gradient is closest to minus the outward normals, whose lengths are weights."""
-        grid, layer = self.grid, np.zeros((*self.grid.shape, 3), dtype=np.float32)
+        grid, layer = self.grid, np.zeros((*self.grid.shape, 1), dtype=np.float32)
         unit = 2.0 ** np.round(2 * np.log2(grid.cell))  # areas in the data's unit may be beyond single precision
-        _kernels_grid.splat(grid.to_index(self.points), normals * (self.areas / unit)[:, None], layer)
+        at, weights = grid.to_index(self.points), self.areas / unit
         total: NDArray[np.complex64] = np.zeros(self.transfer.shape, np.complex64)
         for axis, k in enumerate(_wave_numbers(grid.shape)):
-            total += k * fft.rfftn(np.ascontiguousarray(layer[..., axis]), workers=-1)
-        values = fft.irfftn(total * self.transfer, s=grid.shape, workers=-1) / (grid.cell**2 / unit)
-        found = Indicator(grid, values.astype(np.float32))
-        level = float(np.average(found.at(self.points)[0], weights=self.areas))
-        return Indicator(grid, found.values - np.float32(level))
+            layer[...] = 0
+            _kernels_grid.splat(at, (normals[:, axis] * weights)[:, None], layer)
+            part = fft.rfftn(layer[..., 0], workers=-1)
+            part *= k
+            total += part
+        total *= self.transfer
+        values = fft.irfftn(total, s=grid.shape, workers=-1, overwrite_x=True)
+        values *= np.float32(unit / grid.cell**2)
+        values -= np.float32(np.average(Indicator(grid, values).at(self.points)[0], weights=self.areas))
+        return Indicator(grid, values)
 
 
 def _areas(points: Array, grid: Grid) -> Array:

@@ -104,9 +104,10 @@ class _Irregular(Exception):  # noqa: N818  nothing that a caller sees
 
 def _text_contents(raw: bytes) -> Contents:
     """Return what plyfile would read of a text file, which takes it 3 s for a scan; also empty lines, and 2.0 for 2."""
-    head, *body = re.split(rb"(?m)^end_header\s*?$", raw.replace(b"\r\n", b"\n"), maxsplit=1)
+    head, *body = re.split(rb"(?m)^end_header\s*?$", raw, maxsplit=1)
     if not body:
         raise _Irregular
+    head = head.replace(b"\r\n", b"\n")
     numbers, starts, ends = _rows_of_numbers(body[0])
     element = re.compile(rb"(?m)^(element[ \t]+\S+)[ \t]+(\d+)")
     empty_head = re.sub(rb"(?m)^format\s+ascii", b"format binary_little_endian", element.sub(rb"\1 0", head))
@@ -130,7 +131,7 @@ def _text_contents(raw: bytes) -> Contents:
 def _rows_of_numbers(text: bytes) -> tuple[Array, Indices, Indices]:
     """Return the numbers of a text, and where each row that has any starts and ends (n,) among them."""
     letters = np.frombuffer(text, np.uint8)
-    blank = np.append(True, (letters == 32) | ((letters >= 9) & (letters <= 13)))  # what bytes.split takes as such
+    blank = np.append(True, letters <= 32)  # of which NumPy refuses what bytes.split does not take as such
     at = np.flatnonzero(blank[:-1] & ~blank[1:])
     try:
         with warnings.catch_warnings(action="error"):

@@ -18,8 +18,9 @@ def grid_faces(points: Array, grid: Indices) -> Indices:
     `grid` (rows, columns) holds the point measured in each cell, -1 for none. Triangles across steps in depth, long or
     seen at a grazing angle, are left out (Curless and Levoy 1996, section 3).
     """
-    cells = np.stack([grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]]).reshape(4, -1)
-    a, b, c, d = cells[:, np.count_nonzero(cells >= 0, axis=0) >= 3]
+    corners = grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]
+    known = sum((corner >= 0).view(np.int8) for corner in corners)
+    a, b, c, d = (corner[known >= 3] for corner in corners)
     # -1 in `grid` indexes the last point here; the masks below discard these
     across = vectors.norm(points[a] - points[c]) <= vectors.norm(points[b] - points[d])
     full = np.minimum(np.minimum(a, b), np.minimum(c, d)) >= 0

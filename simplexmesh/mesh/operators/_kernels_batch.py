@@ -102,7 +102,7 @@ def incomplete_edge(twin: Indices32, face: Indices32, face_darts: Indices32, off
     return -1
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def imbalance(d: Darts, dart: int) -> int:
     """Return the sizes of the faces beside an edge minus those at its ends; at most 1 if a swap improves nothing."""
     back = d.twin[dart]
@@ -119,7 +119,7 @@ def imbalance(d: Darts, dart: int) -> int:
     return 2 if after < before else 1
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def enqueue(dart: int, c: int, head: Indices32, after: Indices32, before: Indices32, queued: NDArray[np.uint8]) -> None:
     """Move a dart to the bucket of imbalance `c`, or out of the queue if that is below 2."""
     if queued[dart] == c:
@@ -140,7 +140,7 @@ def enqueue(dart: int, c: int, head: Indices32, after: Indices32, before: Indice
         queued[dart] = c
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def enqueue_edges(
     d: Darts, vertex: int, head: Indices32, after: Indices32, before: Indices32, queued: NDArray[np.uint8]
 ) -> int:

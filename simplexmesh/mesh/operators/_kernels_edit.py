@@ -36,20 +36,20 @@ class Darts(NamedTuple):
     used: Indices  # (3,) vertices, faces, edits
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def rotate(dart: int) -> int:
     """Return the next dart of the same vertex, counter-clockwise."""
     return dart + 1 if dart % 3 < 2 else dart - 2
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def next_dart(twin: Indices32, dart: int) -> int:
     """Return the next dart around the face on the left."""
     back = twin[dart]
     return back - 1 if back % 3 > 0 else back + 2
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def adjacent(d: Darts, one: int, other: int) -> bool:
     """Return whether two faces share an edge, in time proportional to the size of the smaller one."""
     if d.face_size[one] > d.face_size[other]:
@@ -64,7 +64,7 @@ def adjacent(d: Darts, one: int, other: int) -> bool:
             return False
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def refuse_remove(d: Darts, dart: int) -> tuple[int, int]:
     """Return the status of T1 on an edge and the face that makes it illegal, (DONE, -1) if it is legal."""
     back = d.twin[dart]
@@ -86,7 +86,7 @@ def refuse_remove(d: Darts, dart: int) -> tuple[int, int]:
     return DONE, -1
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def refuse_swap(d: Darts, dart: int) -> tuple[int, int]:
     """Return the status of T7 on an edge and the face that makes it illegal, (DONE, -1) if it is legal."""
     back = d.twin[dart]
@@ -103,7 +103,7 @@ def refuse_swap(d: Darts, dart: int) -> tuple[int, int]:
     return DONE, -1
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def refuse_insert(d: Darts, one: int, other: int) -> tuple[int, int]:
     """Return the status of T2 on two edges and the face that makes it illegal, (DONE, -1) if it is legal."""
     if one == other:
@@ -113,7 +113,7 @@ def refuse_insert(d: Darts, one: int, other: int) -> tuple[int, int]:
     return DONE, -1
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def unlink(d: Darts, dart: int, side: int) -> None:
     """Unlink an edge and its two ends; the face on its left (side 0) or right (side 1) merges into the other."""
     back = d.twin[dart]
@@ -140,7 +140,7 @@ def unlink(d: Darts, dart: int, side: int) -> None:
     d.face_dart[gone] = -1
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def relink(d: Darts, dart: int, side: int, kept: int, new: int) -> int:
     """Relink an edge into the face `kept`; its left (side 0), right (1) or smaller (-1) part becomes `new`."""
     back = d.twin[dart]
@@ -184,7 +184,7 @@ def record(d: Darts, kind: int, dart: int, side: int, kept: int, other: int, lab
     d.used[EDITS] = row + 1
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def remove(d: Darts, dart: int) -> None:
     """T1: merge the two faces of an edge into the larger one, which becomes a hole if either is one."""
     left, right = d.face[dart], d.face[d.twin[dart]]
@@ -220,7 +220,7 @@ def insert(d: Darts, one: int, other: int, at: float, at_other: float, side: int
     record(d, INSERT, p + 1, side, kept, new, 0)
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def rotate_edge(d: Darts, dart: int) -> None:
     """T7 without logging: rotate an edge by a quarter turn, so that it separates the faces that were at its ends."""
     back = d.twin[dart]
@@ -255,7 +255,7 @@ def swap(d: Darts, dart: int) -> None:
     rotate_edge(d, dart)
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def undo_swap(d: Darts, dart: int, row: int) -> None:
     """Undo the `swap` of a dart that is in `row` of the log."""
     a = rotate(rotate(dart))

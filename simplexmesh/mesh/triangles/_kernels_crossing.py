@@ -5,14 +5,17 @@ from __future__ import annotations
 import numpy as np
 from numba import prange
 
-from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base._kernels_njit import LEAN, njit
 from simplexmesh._base.arrays import Array, Indices, Mask
+from simplexmesh.numerics._kernels_vectors import row
+
+Corners = tuple[int, int, int]
 
 ROUNDING_BOUND = 8e-16
 """The sign of a determinant is certain above this times the sum of its absolute products (Shewchuk 1997)."""
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**LEAN)
 def _side(points: Array, a: int, b: int, c: int, d: int) -> int:
     """Return the side of the plane of a, b, c on which d lies: 1 below, -1 above, 0 if uncertain within rounding."""
     ax, ay, az = points[a, 0] - points[d, 0], points[a, 1] - points[d, 1], points[a, 2] - points[d, 2]
@@ -28,7 +31,7 @@ def _side(points: Array, a: int, b: int, c: int, d: int) -> int:
     return 0
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**LEAN)
 def _pierces(points: Array, p: int, q: int, a: int, b: int, c: int) -> bool:
     """Return whether segment p, q crosses triangle a, b, c from one side to the other."""
     if _side(points, a, b, c, p) * _side(points, a, b, c, q) != -1:
@@ -38,8 +41,8 @@ def _pierces(points: Array, p: int, q: int, a: int, b: int, c: int) -> bool:
     return least * largest >= 0 and largest - least + abs(largest) > 0
 
 
-@njit(cache=True, error_model="numpy")
-def triangles_cross(points: Array, s: Indices, t: Indices) -> bool:
+@njit(cache=True, error_model="numpy", _nrt=False)
+def triangles_cross(points: Array, s: Corners, t: Corners) -> bool:
     """Return whether two triangles, given by their corners, cross other than in a shared corner or edge."""
     shared = 0
     in_s, in_t = 0, 0
@@ -90,7 +93,7 @@ def boxes_by_cell(
     return offsets, boxes, span
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**LEAN)
 def _overlap(low: Array, high: Array, s: int, t: int) -> bool:
     """Return whether two boxes overlap."""
     return (
@@ -134,16 +137,16 @@ def are_crossing(points: Array, triangles: Indices, pairs: Indices) -> Mask:
     """Return which pairs (m, 2) of triangles cross."""
     out = np.empty(pairs.shape[0], np.bool_)
     for k in prange(out.size):
-        out[k] = triangles_cross(points, triangles[pairs[k, 0]], triangles[pairs[k, 1]])
+        out[k] = triangles_cross(points, row(triangles, pairs[k, 0]), row(triangles, pairs[k, 1]))
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", _nrt=False)
 def _fans_cross(points: Array, triangles: Indices, starts: Indices, low: Array, high: Array, s: int, t: int) -> bool:
     """Return whether two fans cross, or one itself, of the triangles from `starts[s]` and `starts[t]` on."""
     for i in range(starts[s], starts[s + 1]):
         for j in range(i + 1 if s == t else starts[t], starts[t + 1]):
-            if _overlap(low, high, i, j) and triangles_cross(points, triangles[i], triangles[j]):
+            if _overlap(low, high, i, j) and triangles_cross(points, row(triangles, i), row(triangles, j)):
                 return True
     return False
 

@@ -16,30 +16,30 @@ MIN_COSINE = 0.5
 """Of the angle by which a flip or a move may turn a triangle."""
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", _nrt=False)
 def following(h):
     return h - 2 if h % 3 == 2 else h + 1
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", _nrt=False)
 def previous(h):
     return h + 2 if h % 3 == 0 else h - 1
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, error_model="numpy", fastmath=FAST, _nrt=False)
 def area_normal(p, q, r):
     ux, uy, uz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
     vx, vy, vz = r[0] - p[0], r[1] - p[1], r[2] - p[2]
     return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, error_model="numpy", fastmath=FAST, _nrt=False)
 def cosine(a, b):
     norm = np.sqrt((a[0] * a[0] + a[1] * a[1] + a[2] * a[2]) * (b[0] * b[0] + b[1] * b[1] + b[2] * b[2]))
     return (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) / norm if norm > 0 else -1.0
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, error_model="numpy", fastmath=FAST, _nrt=False)
 def quality(p, q, r):
     """Return twice the area over the sum of squared sides: 0.289 if equilateral, 0 if degenerate."""
     n = area_normal(p, q, r)
@@ -49,7 +49,7 @@ def quality(p, q, r):
     return np.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) / sides if sides > 0 else 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", _nrt=False)
 def is_adjacent(corners, mates, h, other):
     """Return whether the start vertex of half-edge h has an edge to `other`."""
     k = h
@@ -61,10 +61,10 @@ def is_adjacent(corners, mates, h, other):
             return False
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, error_model="numpy", fastmath=FAST, _nrt=False)
 def flip_is_valid(vertices, a, b, c, d):
     """Return whether flipping edge ab to cd in the quadrangle a d b c neither folds nor flattens a triangle."""
-    p, q, r, s = vertices[a], vertices[b], vertices[c], vertices[d]
+    p, q, r, s = row(vertices, a), row(vertices, b), row(vertices, c), row(vertices, d)
     one, two = area_normal(p, q, r), area_normal(q, p, s)
     if cosine(one, two) < MIN_COSINE:
         return False
@@ -75,7 +75,7 @@ def flip_is_valid(vertices, a, b, c, d):
     return min(quality(p, s, r), quality(s, q, r)) > 0.25 * was
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", _nrt=False)
 def flip(corners, mates, h):
     g = mates[h]
     bc, ca, ad, db = following(h), previous(h), following(g), previous(g)
@@ -89,7 +89,7 @@ def flip(corners, mates, h):
     mates[t + 1], mates[u + 2] = u + 2, t + 1
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", _nrt=False)
 def keeps_topology(corners, mates, h, seen):
     """Return whether an edge satisfies the link condition and is on no tetrahedron; `seen` (v,) is scratch."""
     k, neighbors = h, 0
@@ -115,7 +115,7 @@ def keeps_topology(corners, mates, h, seen):
             return common == 2 and neighbors > 6
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", _nrt=False)
 def keeps_orientation(vertices, corners, mates, h, x, y, z, turn):
     """Return whether moving the start of h turns no triangle with area that stays around it too far."""
     moved = (x, y, z)

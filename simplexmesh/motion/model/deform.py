@@ -261,8 +261,10 @@ class DeformableModel:
         if self._confines.target is not self.target:
             self._confines = Confines(self._start.vertices, self._neighbors, self.target)
             self._release = Release(len(following))
-        stray = -1 if self.forces or self._pinned else self._confines.stray(following)
-        if stray >= 0 or not self._moves.max() <= self._max_move2:
+        most = float(self._moves.max())
+        stray = self._confines.stray(following, most**0.5)
+        stray = -1 if self.forces or self._pinned else stray
+        if stray >= 0 or not most <= self._max_move2:
             raise self._diverged(gaps, stray)
         # one assignment, so that an interrupt leaves the model either before this step or after it
         self._next, self._previous, self._vertices, self.metric, self.iteration = (

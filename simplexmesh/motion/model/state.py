@@ -131,7 +131,7 @@ class Confines:
     """The box around the start of a motion and the `bounds` (2, 3) of its target, if it has such."""
 
     def __init__(self, start: Array, neighbors: Indices32, target: Any) -> None:
-        self.target, self._box = target, None
+        self.target, self._box, self._room = target, None, 0.0
         bounds: Any = getattr(target, "bounds", None)
         if np.shape(bounds) == (2, 3):
             low, high = np.minimum(start.min(axis=0), bounds[0]), np.maximum(start.max(axis=0), bounds[1])
@@ -139,12 +139,14 @@ class Confines:
             margin = max(MARGIN * float(np.linalg.norm(high - low)), 2.0 * edge)
             self._box = low - margin, high + margin
 
-    def stray(self, vertices: Array) -> int:
-        """Return the first vertex outside, -1 for none."""
-        if self._box is None:
+    def stray(self, vertices: Array, move: float) -> int:
+        """Return the first vertex outside, -1 for none; no vertex has moved farther than `move` since the last call."""
+        self._room -= move
+        if self._box is None or self._room > 0.0:
             return -1
         low, high = self._box
-        if all(a <= x.min() and x.max() <= b for a, x, b in zip(low, vertices.T, high, strict=True)):
+        self._room = min(min(x.min() - a, b - x.max()) for a, x, b in zip(low, vertices.T, high, strict=True))
+        if self._room >= 0.0:
             return -1  # which a comparison of rows of three would tell in four times the time
         out = (vertices < low) | (vertices > high)
         return int(out.any(axis=1).argmax()) if out.any() else -1

@@ -25,6 +25,7 @@ from simplexmesh.data.volume import Volume
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.reconstruct.inputs import Input, PointsInput, TrianglesInput, VolumeInput
 from simplexmesh.motion.targets.isosurface import Isosurface
+from simplexmesh.numerics.kd_tree import uneven_tree
 
 LEAST_AGREEMENT = 0.75
 """Share of neighboring normals within 90 degrees: with fewer, normals do not tell inside from outside."""
@@ -144,7 +145,7 @@ def with_consistent_normals(cloud: PointCloud) -> PointCloud:
     if cloud.normals is None:
         return cloud
     some = np.linspace(0, len(cloud.points) - 1, min(len(cloud.points), 2000)).astype(int)
-    _, near = cKDTree(cloud.points).query(cloud.points[some], k=min(5, len(cloud.points)))
+    _, near = uneven_tree(cloud.points).query(cloud.points[some], k=min(5, len(cloud.points)))
     agree = np.einsum("ij,ikj->ik", cloud.normals[some], cloud.normals[near[:, 1:]]) > 0
     if agree.mean() > LEAST_AGREEMENT:
         return cloud

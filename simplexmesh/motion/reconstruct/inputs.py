@@ -15,7 +15,7 @@ from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
 from simplexmesh.motion.reconstruct.open_data import are_inward, outward_cloud
-from simplexmesh.motion.start.crossings import outer_crossings
+from simplexmesh.motion.start.crossings import crossings_of_largest, outer_crossings
 from simplexmesh.motion.start.from_points import start_from_points
 from simplexmesh.motion.start.from_volume import start_from_volume
 from simplexmesh.motion.start.report import Start
@@ -108,11 +108,9 @@ class VolumeInput(Input):
         if level is None:
             assert self.label is not None
             volume, level = volume.mask(self.label), 0.5
-        points = outer_crossings(volume, level)
         if self.components == "all":
-            return points
-        largest = outer_crossings(volume, level, largest=True)
-        left = 1 - len(largest) / max(len(points), 1)
+            return outer_crossings(volume, level)
+        largest, left = crossings_of_largest(volume, level)
         if left > MOST_LEFT_OUT:
             warn(f"{left:.0%} of the surface is on smaller pieces that are left out; components='all' keeps them")
         return largest

@@ -28,6 +28,7 @@ from simplexmesh.motion.targets.protocol import Target
 from simplexmesh.motion.targets.triangles import surface_distance
 from simplexmesh.motion.topology.handles import add_handles, given_pairs
 from simplexmesh.motion.topology.holes import given_zones
+from simplexmesh.numerics.kd_tree import uneven_tree
 from simplexmesh.surface.features.lines.network import FeatureLine
 
 FEWEST_WRAPPED = 60
@@ -79,7 +80,7 @@ class Run:
     @cached_property
     def tree(self) -> cKDTree:
         """The tree of `points`."""
-        return cKDTree(self.points)
+        return uneven_tree(self.points)
 
     def away(self, points: Array) -> Array:
         """Return the distances (m,) of points from the mesh; the last are known as long as neither changes."""

@@ -32,7 +32,7 @@ FEW = 100_000
 uneven triangles, and boundaries that stop halfway."""
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", _nrt=False)
 def flip_round(vertices, corners, mates, valence):
     """Flip, in place, each edge whose flip brings the valences closer to six; return the number of flips."""
     flips = 0
@@ -55,15 +55,14 @@ def flip_round(vertices, corners, mates, valence):
     return flips
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, error_model="numpy", fastmath=FAST, _nrt=False)
 def _one_ring(vertices, corners, mates, first, normal, center):
     """Fill the area normal and the area-weighted centroid of the one-ring triangles of a vertex."""
-    normal[:] = 0.0
-    center[:] = 0.0
+    normal[0] = normal[1] = normal[2] = center[0] = center[1] = center[2] = 0.0
     total = 0.0
     k = first
     while True:
-        p, q, r = vertices[corners[k]], vertices[corners[following(k)]], vertices[corners[previous(k)]]
+        p, q, r = row(vertices, corners[k]), row(vertices, corners[following(k)]), row(vertices, corners[previous(k)])
         n = area_normal(p, q, r)
         area = np.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
         total += area
@@ -77,12 +76,12 @@ def _one_ring(vertices, corners, mates, first, normal, center):
         center[i] = center[i] / total if total > 0 else vertices[corners[first], i]
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, error_model="numpy", fastmath=FAST, _nrt=False)
 def _move_is_valid(vertices, corners, mates, first, moved):
     """Return whether moving a vertex to `moved` turns no triangle around it by more than 60 degrees."""
     k = first
     while True:
-        p, q, r = vertices[corners[k]], vertices[corners[following(k)]], vertices[corners[previous(k)]]
+        p, q, r = row(vertices, corners[k]), row(vertices, corners[following(k)]), row(vertices, corners[previous(k)])
         if cosine(area_normal(p, q, r), area_normal(moved, q, r)) < MIN_COSINE:
             return False
         k = mates[previous(k)]
@@ -114,19 +113,19 @@ def relax_round(vertices, corners, mates, first, step):
             scale *= 0.5
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", _nrt=False)
 def _squared_length(vertices, corners, h):
     p, q = row(vertices, corners[h]), row(vertices, corners[following(h)])
     return (p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + (p[2] - q[2]) ** 2
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", _nrt=False)
 def _put_edge(vertices, corners, mates, heap, h):
     """Enter an edge in the priority queue by its squared length, under the smaller of its two half-edges."""
     put(heap, min(h, mates[h]), _squared_length(vertices, corners, h))
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", _nrt=False)
 def _remove_triangle(corners, mates, heap, h):
     """Remove the triangle of a half-edge, pair the mates of its other two sides, and return one of them."""
     one, other = mates[following(h)], mates[previous(h)]
@@ -134,11 +133,11 @@ def _remove_triangle(corners, mates, heap, h):
     put(heap, min(other, previous(h)), np.inf)
     mates[one], mates[other] = other, one
     t = 3 * (h // 3)
-    corners[t : t + 3] = REMOVED
+    corners[t] = corners[t + 1] = corners[t + 2] = REMOVED
     return other
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", _nrt=False)
 def _collapse(vertices, corners, mates, heap, h):
     """Collapse an edge to its midpoint; the smaller of its ends stays. Return a half-edge that starts there."""
     g = mates[h]
@@ -159,7 +158,7 @@ def _collapse(vertices, corners, mates, heap, h):
     return start if corners[start] == stays else mates[start]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", _nrt=False)
 def _put_edges_around(vertices, corners, mates, heap, first):
     """Enter the edges of the vertex at which a half-edge starts."""
     k = first
@@ -170,7 +169,7 @@ def _put_edges_around(vertices, corners, mates, heap, first):
             break
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", _nrt=False)
 def _may_collapse(vertices, corners, mates, seen, h, turn):
     """Return whether an edge may be collapsed to its midpoint."""
     if not keeps_topology(corners, mates, h, seen):
@@ -183,7 +182,7 @@ def _may_collapse(vertices, corners, mates, seen, h, turn):
     )
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", _nrt=False)
 def _collapse_in_sweeps(vertices, corners, mates, heap, seen, left, triangles, turn):
     """Collapse edges below a length that grows by a tenth with each sweep over all; return how many triangles are left.
 

@@ -7,7 +7,6 @@ leak, and by iterated Poisson reconstruction.
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import TopologyError
@@ -15,6 +14,7 @@ from simplexmesh.data.points import PointCloud
 from simplexmesh.motion.start.report import Start, StartReport
 from simplexmesh.motion.start.solid_mesh import FEWEST, cell_size, solid_mesh
 from simplexmesh.motion.start.topology import pieces, without_cavities, without_tunnels
+from simplexmesh.numerics.kd_tree import uneven_tree
 from simplexmesh.numerics.plane_fits import planes, spacing_of
 from simplexmesh.orientation.poisson import Indicator, Poisson, oriented_indicator
 
@@ -62,7 +62,7 @@ def _indicator(cloud: PointCloud, vertices: int) -> Indicator:
     if normals is None:
         found = planes(points)
         return oriented_indicator(points, found, _cell(points, found.spacing, vertices))
-    out = Poisson.of(points, _cell(points, spacing_of(cKDTree(points)), vertices)).indicator(normals)
+    out = Poisson.of(points, _cell(points, spacing_of(uneven_tree(points)), vertices)).indicator(normals)
     return out if out.border.mean() < 0 else Indicator(out.grid, -out.values)
 
 

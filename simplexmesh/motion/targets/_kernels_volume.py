@@ -11,7 +11,7 @@ from numba import prange
 from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_both import FAST, Both
-from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base._kernels_njit import LEAN, njit
 from simplexmesh._base.arrays import Array
 from simplexmesh.numerics._kernels_vectors import row
 
@@ -32,7 +32,7 @@ class Field(NamedTuple):
     outside: float  # value of samples beyond the volume
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(**LEAN, fastmath=FAST)
 def field_value(field, place, along, far):
     """Return the trilinear interpolant of the field at ``place + far * along``, a continuous index."""
     x, y, z = place[0] + far * along[0], place[1] + far * along[1], place[2] + far * along[2]
@@ -58,7 +58,7 @@ def field_value(field, place, along, far):
     return field.sign * (total - field.level)
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(**LEAN, fastmath=FAST)
 def _passage(field, place, along):
     """Return the parameter interval in which a line is within one voxel of the volume; empty if it misses."""
     first, last = -math.inf, math.inf
@@ -73,7 +73,7 @@ def _passage(field, place, along):
     return first, last
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(**LEAN, fastmath=FAST)
 def _refined(field, place, along, near, far, f_near, f_far):
     """Return where the field is zero between two parameters at which its signs differ."""
     middle, fine, last = near, 1e-6 * abs(f_near - f_far), 0
@@ -94,7 +94,7 @@ def _refined(field, place, along, near, far, f_near, f_far):
     return middle
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(**LEAN, fastmath=FAST)
 def _value_and_slope(field, place, along, far):
     """Return the value of the field at ``place + far * along`` and its derivative there, NaN if near the border."""
     x, y, z = place[0] + far * along[0], place[1] + far * along[1], place[2] + far * along[2]
@@ -114,7 +114,7 @@ def _value_and_slope(field, place, along, far):
     return field.sign * (f0 * (1.0 - w) + f1 * w - field.level), field.sign * slope
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(**LEAN, fastmath=FAST)
 def _nearby(field, place, along, most):
     """Return the parameter, up to `most`, of a crossing that three steps of Newton's method find, or NaN."""
     value, slope = _value_and_slope(field, place, along, 0.0)
@@ -133,7 +133,7 @@ def _nearby(field, place, along, most):
     return math.nan
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(**LEAN, fastmath=FAST)
 def _crossing(field, place, along, reach, pace):
     """Return the signed parameter of the first crossing or NaN: outwards from an inside place, inwards from outside."""
     fastest = max(abs(along[0]), abs(along[1]), abs(along[2]))

@@ -7,7 +7,6 @@ from typing import Any
 
 import igl
 import numpy as np
-from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices, Mask
@@ -17,6 +16,7 @@ from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh import _kernels
 from simplexmesh.motion.targets.borders import Border, border_of_triangles
 from simplexmesh.motion.targets.protocol import BuiltInTarget, checked_arguments
+from simplexmesh.numerics.kd_tree import uneven_tree
 
 ON_SURFACE = 1e-7
 """Points closer than this fraction of the surface's size are on it."""
@@ -186,7 +186,7 @@ def border_sides(faces: Indices) -> Mask:
 def surface_distance(points: Array, vertices: Array, faces: Indices) -> Array:
     """Return (n,) the unsigned distances of points to a triangulated surface."""
     out = np.zeros(len(points))
-    order = cKDTree(points).indices  # neighbors one after the other take a third of the time
+    order = uneven_tree(points).indices  # neighbors one after the other take a third of the time
     squared, _, _ = igl.point_mesh_squared_distance(
         np.ascontiguousarray(points[order], dtype=np.float64),
         np.ascontiguousarray(vertices, dtype=np.float64),
