@@ -41,10 +41,6 @@ IMPROVED = 0.5
 MOST = 0.5
 """Share of the length of all lines that must look like creases; else the body is smooth, with narrow folds."""
 
-GLANCE, LEAST = 0.4, 0.25
-"""Points of an isosurface for each square voxel that a first, coarser look takes, and the share of the length of its
-lines that must look like creases: of parts with creases 0.45 to 1 do, of heads, teeth, vessels and brains 0 to 0.11."""
-
 CERTAIN = 4.0
 """Standard errors of the squared deviation that are no chance."""
 
@@ -125,21 +121,21 @@ def sharpened_volume(mesh: SimplexMesh, points: Array, away: Array, target: Isos
     blur = blur_of(target, mesh)
     if np.isinf(blur):
         return None
-    noise, few = float(np.median(away)), int(GLANCE * mesh.area / np.prod(target.volume.spacing) ** (2 / 3))
-    glance = [(few, LEAST)] if 2 * few < len(points) else []
-    for count, share in (*glance, (len(points), MOST)):
-        lines = crease_lines(mesh, points[:count], noise)
-        chosen = are_sharp(lines, mesh, target, blur) if lines else np.zeros(0, bool)
-        if not _are_most(chosen, lines, share):
-            return None
+    noise = float(np.median(away))
+    lines = crease_lines(mesh, points, noise)
+    if not lines:
+        return None
+    chosen = are_sharp(lines, mesh, target, blur)
+    if not _are_most(chosen, lines):
+        return None
     scene = Scene(mesh, lines, points, target, ROUNDED * blur, resolution(mesh.area / len(points), noise))
     return _laid(scene, chosen, lambda _: np.zeros(len(lines), bool))
 
 
-def _are_most(chosen: Mask, lines: Sequence[Line], share: float = MOST) -> bool:
+def _are_most(chosen: Mask, lines: Sequence[Line]) -> bool:
     """Return whether some lines are enough of the length of all for a body with creases."""
     lengths = np.array([line.length for line in lines])
-    return bool(lengths[chosen].sum() > share * lengths.sum())
+    return bool(lengths[chosen].sum() > MOST * lengths.sum())
 
 
 def _away(points: Array, mesh: SimplexMesh) -> Array:
