@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +10,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
-from simplexmesh._base.arrays import Array, Indices
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import dot, norm, vertex_normals
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
@@ -65,7 +66,7 @@ def crease_lines(mesh: SimplexMesh, points: Array, noise: float) -> list[Line]:
     """Return the sharp edges of points (n, 3) near a closed mesh, which has rounded them, the longest first."""
     vertices, faces = surface_through(mesh, points, noise)
     side = resolution(mesh.area / len(points), noise)
-    found = _without_loops(feature_lines(TriangleMesh(vertices, faces)), max(mean_edge(mesh), side))
+    found = _without_loops(feature_lines(TriangleMesh(vertices, faces)), side, max(mean_edge(mesh), side))
     return [Line(line.points, line.closed, float(line.angle.mean())) for line in found.lines]
 
 
@@ -75,30 +76,34 @@ def resolution(area: float, noise: float) -> float:
     return float(spacing * np.sqrt(max(POINTS_PER_VERTEX, noise / (NOISE * spacing))))
 
 
-def _without_loops(found: FeatureNetwork, side: float) -> FeatureNetwork:
-    """Return lines without those that sharper ones lead around within less than a hexagon, or two if near them."""
+def _without_loops(found: FeatureNetwork, side: float, face: float) -> FeatureNetwork:
+    """Return lines without loops of less than a hexagon, nor those that sharper ones lead around within as much.
+
+    The hexagon is of the side of faces of the model; of twice that of the surface if the sharper ones are near.
+    """
     lines = [Line(line.points, line.closed, float(line.angle.mean())) for line in found.lines]
     lengths = np.array([line.length for line in lines])
-    places = [line.samples(0.2 * side)[0] for line in lines]
     ends = np.array([line.points[[0, -1]] for line in lines]).reshape(-1, 3)
     nodes = np.unique(ends, axis=0, return_inverse=True)[1].reshape(-1, 2)
     middles = 2 * len(lines) + np.arange(len(lines))  # nodes too: several lines may lead from one node to another
-    kept = np.ones(len(lines), bool)
+    loops = np.array([line.closed for line in lines], bool) | (nodes[:, 0] == nodes[:, 1])
+    kept = ~loops | (lengths > 6 * side)
+    around = 6 * max(2 * side, face)
     for k in np.argsort([line.angle for line in lines]):
-        if lengths[k] > 12 * side:
+        if lengths[k] > around or loops[k]:
             continue
         kept[k] = False
-        others = [place for place, inside in zip(places, kept, strict=True) if inside]
-        near = others and cKDTree(np.concatenate(others)).query(places[k])[0].max() < side
-        around = (12 if near else 6) * side
-        if lines[k].closed:
-            kept[k] = lengths[k] > around
-            continue
         halves, ways = np.repeat(lengths[kept] / 2, 2), (nodes[kept].ravel(), np.repeat(middles[kept], 2))
         graph = csr_array((halves, ways), shape=(3 * len(lines),) * 2)
-        far = dijkstra(graph, directed=False, indices=nodes[k, 0])[nodes[k, 1]]
-        kept[k] = far + lengths[k] > around
+        far = dijkstra(graph, directed=False, indices=nodes[k, 0], limit=around - lengths[k])[nodes[k, 1]]
+        kept[k] = np.isinf(far) or (far + lengths[k] > 6 * face and not _is_beside(k, lines, kept, side))
     return found if kept.all() else found.without(*np.flatnonzero(~kept).tolist())
+
+
+def _is_beside(number: int, lines: Sequence[Line], kept: Mask, side: float) -> bool:
+    """Return whether all of a line is nearer than a side to kept ones."""
+    others = np.concatenate([line.samples(0.2 * side)[0] for line, inside in zip(lines, kept, strict=True) if inside])
+    return bool(cKDTree(others).query(lines[number].samples(0.2 * side)[0])[0].max() < side)
 
 
 def _lengths(vertices: Array, faces: Indices) -> Array:
