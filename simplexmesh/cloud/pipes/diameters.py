@@ -7,7 +7,7 @@ import numpy as np
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import cross, dot, norm, tangents
 from simplexmesh.cloud.pipes.chain import Chain
-from simplexmesh.cloud.pipes.tolerances import ALIKE, BAND, FACING, FEWEST, PARALLEL
+from simplexmesh.cloud.pipes.tolerances import ALIKE, FACING, FEWEST, PARALLEL
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import JUMP, SPREAD
 
@@ -16,6 +16,9 @@ NARROWEST, WIDEST = 0.3, 3.0
 
 PEAKED = 0.04
 """Deviation over the radius of the distances from the axis of points on one pipe."""
+
+COAXIAL = 0.15
+"""Offset in radii of axes that are taken for one."""
 
 
 def next_radius(around: Surroundings, place: Array, direction: Array) -> tuple[float, Array] | None:
@@ -47,7 +50,7 @@ def joined(one: Chain, other: Chain) -> Chain | None:
     u, v = one.directions[-1], other.directions[0]
     base = one.corners[-2]
     offset = norm(cross(other.corners[0] - one.corners[-1], u))
-    if norm(cross(u, v)) > np.sin(PARALLEL) or u @ v < 0 or offset > BAND * min(one.radii[-1], other.radii[0]):
+    if norm(cross(u, v)) > np.sin(PARALLEL) or u @ v < 0 or offset > COAXIAL * min(one.radii[-1], other.radii[0]):
         return None
     j = len(one.lengths) - 1
     end, start = (one.corners[-1] - base) @ u, (other.corners[0] - base) @ u

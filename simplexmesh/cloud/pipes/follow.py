@@ -34,7 +34,7 @@ def follow_pipe(
 ) -> PipeLine:
     """Follow a pipe both ways from a picked point, through its bends and over shadows.
 
-    A cylinder is fitted to neighborhoods of the pick that grow as long as they lie on one. With its radius, points
+    A cylinder is fitted to the 100 and then to the 400 points around the pick. With its radius, points
     moved inward along their normals lie on the axis, of straights and bends alike: the axis is traced through them,
     then cut into straights and the bends that join them, and all elements are fitted together as one surface, whose
     straights and bends are tangent by construction.

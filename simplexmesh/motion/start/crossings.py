@@ -52,7 +52,8 @@ def _leaving(values: NDArray[np.float32]) -> Array:
     _kernels_grid.flood(filled)
     points = []
     for axis in range(3):
-        low, solid, off = (np.moveaxis(each, axis, 0) for each in (values, inside, filled > inside))
+        low = np.moveaxis(values, axis, 0)
+        solid, off = (np.moveaxis(each, axis, 0) for each in (inside, filled & ~inside))
         leaving = (solid[:-1] & off[1:]) | (off[:-1] & solid[1:])
         at = np.argwhere(leaving)
         a, b = low[:-1][leaving].astype(float), low[1:][leaving].astype(float)

@@ -143,7 +143,7 @@ def test_a_ball_gets_no_handle():
 @pytest.mark.filterwarnings("ignore:the vertices stay where they were")
 def test_a_handle_refused_by_the_user_stays_a_film():
     out = sm.reconstruct(
-        torus_points(), init="sphere", vertices=900, handles=lambda proposal: False, iterations=20, creases="none"
+        torus_points(), init="sphere", vertices=700, handles=lambda proposal: False, iterations=20, creases="none"
     )
     assert out.mesh.genus == 0
     assert {proposal.reason for proposal in out.topology.handles} == {"refused by accept"}

@@ -23,6 +23,9 @@ from simplexmesh.numerics.plane_fits import planes
 SIZES = (FEWEST, 4 * FEWEST)
 """Points of the neighborhoods that cylinders are fitted to: larger ones where small ones are in the noise."""
 
+FLAT = 100.0
+"""Radius over that of a neighborhood from which it is flat: its cylinder would be looked for in the whole cloud."""
+
 ON = 0.2
 """Distance in radii of the pick from the surface, at most."""
 
@@ -59,9 +62,11 @@ def beginning(tree: cKDTree, place: Array, limits: tuple[float, float], gap: flo
         raise ValueError(f"pick must be on the cloud: its nearest point, {apart}, is {distance:.3g} away")
     begun, refused = [], "pick must be on a pipe, but no cylinder fits the points around it"
     for count in SIZES:
-        near = tree.query(points[nearest], k=[*range(1, min(count, len(points)) + 1)])[1]
+        away, near = tree.query(points[nearest], k=[*range(1, min(count, len(points)) + 1)])
         cylinder = free_cylinder(points[near])
-        found = None if cylinder is None else _confirmed(tree, points[nearest], cylinder, limits)
+        if cylinder is None or cylinder.radius > FLAT * away[-1]:
+            continue
+        found = _confirmed(tree, points[nearest], cylinder, limits)
         if found is None:
             continue
         if limits[0] * 0.9 <= found.radius <= limits[1] * 1.1:
