@@ -19,6 +19,9 @@ from simplexmesh.motion.targets.surfels import _kernels_gaps
 from simplexmesh.motion.targets.surfels.surfels import Surfels, fitted_surfels
 from simplexmesh.numerics.kd_tree import nearest
 
+DETAIL = 0.4
+"""Size of a detail, in radii of the fits that show it: smaller faces pile up and fold on rims that noise blurs."""
+
 
 class SurfelTarget(BuiltInTarget):
     """The surface described by surfels; common base of `Points` and `LabelSurface`.
@@ -124,6 +127,11 @@ class Points(SurfelTarget):
     def border(self) -> Border:
         """The border of the cloud, to which the boundary of a mesh is attracted."""
         return border_of_points(self.cloud.points)
+
+    def resolution(self, places: Array) -> Array:
+        """Return (n,) the size of the smallest details that the data shows at places (n, 3) near it."""
+        _, nearest_surfel = nearest(self.surfels, np.asarray(places) - self.center, 1)
+        return np.asarray(DETAIL * self.surfels.radius[nearest_surfel[:, 0]])
 
     def oriented_by(self, directions: ArrayLike | Callable[[Array], Any]) -> Points:
         """Return the target of the same points with oriented normals.

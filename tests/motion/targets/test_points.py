@@ -234,6 +234,15 @@ def test_noise_is_measured():
     assert Points(noisy_torus(0.0, 2)).noise < 1e-4 * DIAGONAL
 
 
+@pytest.mark.parametrize("scale", [1e-3, 1e3])
+def test_noise_hides_details_whatever_the_unit(scale):
+    places, _ = torus_points(500, np.random.default_rng(7))
+    clean, noisy = (Points(noisy_torus(noise, 2)).resolution(places) for noise in (0.0, 0.01))
+    assert clean.min() > 0
+    assert (noisy > 1.5 * clean).all()
+    np.testing.assert_allclose(Points(scale * noisy_torus(0.01, 2)).resolution(scale * places), scale * noisy, 1e-6)
+
+
 def test_outliers_hardly_matter():
     points = noisy_torus(0.002, 6)
     places, normals = torus_points(2000, np.random.default_rng(7))
