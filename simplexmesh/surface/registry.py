@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -49,24 +48,13 @@ class Normals(NamedTuple):
 class Method:
     """An estimator and what it needs."""
 
-    function: str  # of samples, neighborhoods, normals and options, below `simplexmesh.surface`
+    estimate: Callable[..., Any]  # of samples, neighborhoods, normals and options
     options: Mapping[str, Any] = field(default_factory=dict)  # with their defaults
     fixed: Mapping[str, Any] = field(default_factory=dict)  # arguments that callers cannot change
     normals: str | None = "area"  # default method of the initial normals on meshes; None if it needs none
     orients: bool = False  # needs no initial normals but orients its result by given ones
     needs_faces: bool = False  # reads the ordered ring of triangles, which clouds do not have
     own_scale: bool = False  # chooses its neighborhoods itself
-
-    @property
-    def estimate(self) -> Callable[..., Any]:
-        """The estimator's function, imported on first use."""
-        module, _, name = self.function.rpartition(".")
-        found: Callable[..., Any] = getattr(importlib.import_module(f"simplexmesh.surface.{module}"), name)
-        return found
-
-
-ADAPTIVE = Method("curvature.adaptive.adaptive.estimate", {"noise": None, "detail": None}, normals=None, own_scale=True)
-"""Of normals too, which are among its results."""
 
 
 def chosen(

@@ -55,14 +55,14 @@ class Grown:
 
 def fits(work: Working, primitive: Primitive, which: Indices) -> tuple[Array, Array]:
     """Return the distances (m,) of some points, and the cosines (m,) of the angles between normals."""
-    found: tuple[Array, Array] = _kernels_growth.fits(*primitive._surface, work.points, work.normals, which)
+    found: tuple[Array, Array] = _kernels_growth.fits(primitive._surface, work.points, work.normals, which)
     return found
 
 
 def connected(work: Working, primitive: Primitive, free: Mask, seeds: Indices, band: float) -> Indices:
     """Return the free points within a distance of a primitive, with like normals, connected with seeds."""
-    given = (work.points, work.normals, work.near, free, seeds, band, ASLANT)
-    found: Indices = _kernels_growth.flood(*primitive._surface, *given)
+    among = (work.points, work.normals, work.near, free)
+    found: Indices = _kernels_growth.flood(primitive._surface, *among, seeds, band, ASLANT)
     return found
 
 

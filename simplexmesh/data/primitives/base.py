@@ -156,7 +156,7 @@ class Primitive:
         """Return distances (n,) and gradients (n, 3) of points (n, 3) at once."""
         at = checks.array("points", points, (None, 3))
         out = np.empty(len(at)), np.empty_like(at)
-        kernels.fill_distances(*self._surface, at, *out)
+        kernels.fill_distances(self._surface, at, *out)
         return out
 
     def projected(self, points: ArrayLike) -> Array:
@@ -221,7 +221,7 @@ class Primitive:
         """Return the derivatives (n, p) of the distances of points (n, 3) by the parameters, for `stepped`."""
         at = checks.array("points", points, (None, 3))
         rows = np.zeros((len(at), self.n_parameters))
-        kernels.fill_rows(*self._surface, self._columns, at, rows)
+        kernels.fill_rows(self._surface, self._columns, at, rows)
         return rows
 
     def normal_equations(
@@ -232,7 +232,7 @@ class Primitive:
         The normal matrix (p, p), the downhill vector (p,) and the cost: the sum of d^2, or with a scale s that of
         d^2 / (1 + (d / s)^2). Nothing is checked.
         """
-        return self._summed(self._code, points, NO_WEIGHTS if weights is None else weights, loss_scale or np.inf)
+        return self._summed(self._surface, points, NO_WEIGHTS if weights is None else weights, loss_scale or np.inf)
 
     def stepped(self, step: ArrayLike) -> Self:
         """Return it with its parameters moved by a step (p,): tilts of the axis, shifts, measures."""
@@ -311,9 +311,9 @@ class Primitive:
         return (at - self._pose[0]) @ self.frame.T
 
     @cached_property
-    def _surface(self) -> tuple[int, Array, Array, Array]:
-        """Kind, origin, frame and measures as kernels read them."""
-        return self._code, self._pose[0], self.frame, np.array(self._shape, float)
+    def _surface(self) -> kernels.Revolution:
+        """What kernels read of it."""
+        return kernels.Revolution(self._code, self._pose[0], self.frame, np.array(self._shape, float))
 
     @property
     def _columns(self) -> Indices:
@@ -322,11 +322,13 @@ class Primitive:
         columns[list(self._moves)] = range(len(self._moves))
         return columns
 
-    def _summed(self, code: int, points: Array, weights: Array, loss_scale: float) -> tuple[Array, Array, float]:
-        """Return the normal equations of distances of a kind in this chart."""
+    def _summed(
+        self, surface: kernels.Revolution, points: Array, weights: Array, loss_scale: float
+    ) -> tuple[Array, Array, float]:
+        """Return the normal equations of distances from a surface in this chart."""
         matrix, downhill = np.zeros((self.n_parameters,) * 2), np.zeros(self.n_parameters)
         given = (np.ascontiguousarray(points), weights, loss_scale)
-        cost = kernels.normal_equations(code, *self._surface[1:], self._columns, *given, matrix, downhill)
+        cost = kernels.normal_equations(surface, self._columns, *given, matrix, downhill)
         return matrix, downhill, cost
 
 
