@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import dot, norm, normalized, tangents
+from simplexmesh.data.points import PointCloud
 from simplexmesh.data.primitives import _kernels_profiles as kernels
 from simplexmesh.data.primitives import patch
 from simplexmesh.data.primitives.fits import Fit
@@ -174,12 +175,12 @@ class Primitive:
         rho, z = self._on_profile(v)
         return self._pose[0] + np.column_stack([rho * np.cos(u), rho * np.sin(u), z]) @ self.frame
 
-    def transformed(self, T: ArrayLike) -> Self:
-        """Return it moved, and scaled, by a similarity (4, 4), without its fit."""
-        matrix = checks.affine("T", T)
+    def transformed(self, T_target_source: ArrayLike) -> Self:
+        """Return it in the target frame of a similarity (4, 4), without its fit."""
+        matrix = checks.affine("T_target_source", T_target_source)
         scale = float(np.cbrt(abs(np.linalg.det(matrix[:3, :3]))))
         if not np.allclose(matrix[:3, :3] @ matrix[:3, :3].T, scale**2 * np.eye(3), atol=1e-9 * scale**2):
-            raise ValueError("T must be a motion with one scale: primitives stay what they are by no other map")
+            raise ValueError("T_target_source must have one scale: primitives stay what they are by no other map")
         origin, axis = self._pose
         moved = matrix[:3, :3] @ origin + matrix[:3, 3]
         return self._with(moved, matrix[:3, :3] @ axis / scale, *self._scaled(scale))
@@ -244,10 +245,11 @@ class Primitive:
         measures = np.asarray(self._shape) + step[len(self._moves) :]
         return self._with(origin + motion[2:] @ self.frame, axis, *measures.tolist())
 
-    def sample(self, count: int, *, rng: np.random.Generator | int = 0) -> Array:
-        """Return points (count, 3) spread evenly at random over the part within the extent."""
-        number = checks.integer("count", count, 0)
-        return self.at(patch.sampled(self._area_density, self._ends(), number, checks.generator("rng", rng)))
+    def sampled(self, count: int, *, rng: np.random.Generator | int = 0) -> PointCloud:
+        """Return points spread evenly at random over the part within the extent, of surfaces with their normals."""
+        number = checks.integer("count", count, 1)
+        points = self.at(patch.sampled(self._area_density, self._ends(), number, checks.generator("rng", rng)))
+        return PointCloud(points, self.gradient(points) if self.per_point == 1 else None)
 
     @property
     def bounds(self) -> Array:

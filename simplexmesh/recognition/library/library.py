@@ -38,7 +38,7 @@ class Recognition:
     Attributes
     ----------
     name : str
-    T_scan_model : (4, 4) array of float
+    T_target_source : (4, 4) array of float
         Maps the model's coordinates to the scan's frame.
     score : float
         At most 1: the fraction of the smaller surface that agrees with the other in distance and normals, less what is
@@ -56,12 +56,12 @@ class Recognition:
     ...     library = sm.ModelLibrary(f"{folder}/models.sml")
     ...     library.add("egg", sm.ellipsoid((3, 2, 1), 12))
     ...     found = library.recognize(sm.ellipsoid((3, 2, 1), 14).vertices)
-    >>> found[0].name, found[0].T_scan_model.shape
+    >>> found[0].name, found[0].T_target_source.shape
     ('egg', (4, 4))
     """
 
     name: str
-    T_scan_model: Array
+    T_target_source: Array
     score: float
     overlap: float
     error: float
@@ -300,7 +300,7 @@ def _as_recognition(scene: Scene, name: str, model: Model, evaluation: Evaluatio
     """Return an evaluation in the frames and unit of the data."""
     return Recognition(
         name=name,
-        T_scan_model=checks.frozen(between_frames(evaluation.T, model.frame[0], scene.center, scene.unit)),
+        T_target_source=checks.frozen(between_frames(evaluation.T, model.frame[0], scene.center, scene.unit)),
         score=evaluation.score,
         overlap=float((evaluation.point_scores[1] > 0).mean()),
         error=evaluation.error * scene.unit,

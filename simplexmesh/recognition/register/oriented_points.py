@@ -14,7 +14,7 @@ from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.errors import TopologyError
 from simplexmesh._base.units import common_unit
 from simplexmesh._base.vectors import dot, norm
-from simplexmesh.data.conversion import as_data
+from simplexmesh.data.conversion import as_data, as_given
 from simplexmesh.data.points import PointCloud, distinct
 from simplexmesh.data.volume import Volume
 from simplexmesh.motion.reconstruct.conversion import as_input
@@ -117,6 +117,33 @@ def oriented_points(
     return OrientedPoints(points, normals, spacing, noise, smooth, quadrics, neighbor_distances, given, cloud.unit)
 
 
+def oriented_pair(
+    source: Any, target: Any, level: Any, label: Any, inside: Any, **options: Any
+) -> tuple[OrientedPoints, OrientedPoints]:
+    """Return the surfaces of two data; level, label and inside are pairs, or of those of the two that are volumes."""
+    things = [each if isinstance(each, list | tuple) else as_given(each, name)
+              for each, name in ((source, "source"), (target, "target"))]  # fmt: skip
+    levels, labels, sides = (
+        _pair(name, value, default, things)
+        for name, value, default in (("level", level, None), ("label", label, None), ("inside", inside, "above"))
+    )
+    one, other = (
+        oriented_points(each, name, level=levels[k], label=labels[k], inside=sides[k], **options)
+        for k, (each, name) in enumerate(zip(things, ("source", "target"), strict=True))
+    )
+    return one, other
+
+
+def _pair(name: str, value: Any, default: Any, things: list[Any]) -> tuple[Any, Any]:
+    """Return the values for source and target: a pair, or one for the volumes among them; for both if none is one."""
+    if not isinstance(value, tuple | list):
+        volumes = [isinstance(each, Volume) for each in things]
+        value = [value if is_volume or not any(volumes) else default for is_volume in volumes]
+    if len(value) != 2:
+        raise ValueError(f"{name} must be one or a pair (source, target), not {len(value)} of them")
+    return value[0], value[1]
+
+
 def _points_of(data: Any, name: str, **options: Any) -> tuple[PointCloud, bool]:
     """Return points on the surface of any data, with its unit and any normals, and whether these are unchecked."""
     if isinstance(data, str | os.PathLike):
@@ -124,8 +151,6 @@ def _points_of(data: Any, name: str, **options: Any) -> tuple[PointCloud, bool]:
     try:
         if not isinstance(data, list | tuple):
             data = as_data(data)
-        if not isinstance(data, Volume):
-            options["inside"] = "above"
         found = as_input(data, components="all", **options)
     except (ValueError, TypeError) as error:
         kind = type(error) if isinstance(error, TypeError | TopologyError) else ValueError

@@ -25,7 +25,7 @@ from simplexmesh.recognition.register.icp import (
     refined,
     uncertainty,
 )
-from simplexmesh.recognition.register.oriented_points import OrientedPoints, check_units, oriented_points
+from simplexmesh.recognition.register.oriented_points import OrientedPoints, check_units, oriented_pair
 from simplexmesh.recognition.register.pose_candidates import pose_candidates
 from simplexmesh.recognition.register.pose_scoring import Source, distinct, target_grid
 from simplexmesh.recognition.register.verify import Evaluation, Verifier
@@ -147,7 +147,7 @@ def register(
     *,
     level: float | tuple[float | None, float | None] | None = None,
     label: int | tuple[int | None, int | None] | None = None,
-    inside: str = "above",
+    inside: str | tuple[str, str] = "above",
     minimum_overlap: float = 0.1,
     progress: bool | Report = False,
 ) -> Registration:
@@ -161,10 +161,8 @@ def register(
     ----------
     source, target : SimplexMesh, TriangleMesh, PointCloud, Volume, array, pyvista or trimesh object, path, or scans
         In one unit. Either may be partial. Missing normals are estimated.
-    level, label : number or pair of numbers, optional
-        The surface of volumes, for both or for (source, target); as in `reconstruct`.
-    inside : {"above", "below"}
-        Side of the level on which a volume's object is, as in `reconstruct`; other data ignores it.
+    level, label, inside : as in `reconstruct`, or pairs of these, optional
+        The surface of those of the two that are volumes, or of (source, target).
     minimum_overlap : float
         The score, as a fraction of the smaller surface, below which a warning is given; random poses have less than
         0.1.
@@ -203,14 +201,9 @@ def register(
     True
     """
     minimum_overlap = checks.number("minimum_overlap", minimum_overlap, 0.0, 1.0)
-    checks.choice("inside", inside, ("above", "below"))
-    levels, labels = _pair("level", level), _pair("label", label)
     with reporting(progress) as report:
         report(0.0, "reading")
-        moving, fixed = (
-            oriented_points(data, name, level=levels[k], label=labels[k], inside=inside)
-            for k, (name, data) in enumerate((("source", source), ("target", target)))
-        )
+        moving, fixed = oriented_pair(source, target, level, label, inside)
         check_units(moving, fixed)
         found = _registered(moving, fixed, minimum_overlap, report)
         report(1.0, "done")
@@ -314,12 +307,3 @@ def _as_registration(
         open_motions=checks.frozen(open_motions @ A.T),
         covariance=checks.frozen(A @ covariance @ A.T if np.isfinite(best.error) else covariance),
     )
-
-
-def _pair(name: str, value: Any) -> tuple[Any, Any]:
-    """Return the values for source and target."""
-    if isinstance(value, tuple | list):
-        if len(value) != 2:
-            raise ValueError(f"{name} must be one number or a pair (source, target), not {len(value)} of them")
-        return value[0], value[1]
-    return value, value

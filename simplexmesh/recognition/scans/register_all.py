@@ -15,6 +15,8 @@ from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import warn
 from simplexmesh._base.progress import Report, reporting
 from simplexmesh._base.vectors import norm
+from simplexmesh.data.conversion import as_given
+from simplexmesh.data.volume import Volume
 from simplexmesh.recognition.register.icp import about_origin, between_frames
 from simplexmesh.recognition.scans.assembly import Assembly
 from simplexmesh.recognition.scans.scan_pairs import Scan
@@ -171,9 +173,13 @@ def register_all(scans: Sequence[Any], *, progress: bool | Report = False) -> Re
         raise TypeError(f"scans must be a list of scans, not {type(scans).__name__}")
     if len(scans) < 2:
         raise ValueError(f"scans must be at least 2, not {len(scans)}")
+    read = [scan if isinstance(scan, list | tuple) else as_given(scan, f"scans[{k}]") for k, scan in enumerate(scans)]
+    for k, scan in enumerate(read):
+        if isinstance(scan, Volume):
+            raise TypeError(f"scans[{k}] must be points or a surface, not a {checks.type_name(scan)}")
     with reporting(progress) as report:
         report(0.0, "reading")
-        return registered_named(scans, names_of(scans), report)
+        return registered_named(read, names_of(scans), report)
 
 
 def registered_named(scans: Sequence[Any], names: tuple[str, ...], report: Report) -> Registered:

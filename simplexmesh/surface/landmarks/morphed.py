@@ -84,7 +84,7 @@ def morphed(
     data = surface if hasattr(surface, "connectivity") else as_data(surface, "surface")
     points = np.asarray(data.points if isinstance(data, PointCloud) else getattr(data, "vertices", None), dtype=float)
     if points.ndim != 2:
-        raise TypeError(f"surface must be a mesh or points, not {type(data).__name__}")
+        raise TypeError(f"surface must be a mesh or points, not {checks.type_name(data)}")
     checks.size("surface", np.stack([points.min(axis=0), points.max(axis=0)]))
     checks.choice("kernel", kernel, ("compact", "thin_plate"))
     given = checks.any_array("landmarks", landmarks)

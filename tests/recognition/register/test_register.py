@@ -142,6 +142,19 @@ class TestMotionsAreFound:
         )
         assert_allclose(dark.T_target_source, found.T_target_source, atol=1e-3)
 
+    def test_words_for_volumes_are_for_the_one_that_is_a_volume(self):
+        grid = np.stack(np.meshgrid(*[np.linspace(-3, 3, 60)] * 3, indexing="ij"), axis=-1)
+        values = (grid**2 / [6, 3, 1.5]).sum(axis=-1) + 0.3 * grid[..., 0] * grid[..., 1] ** 2 / 9
+        volume = sm.Volume(values.astype(np.float32), (6 / 59,) * 3, (-3.0,) * 3)
+        seen = oriented_points(volume, "source", level=1.0, inside="below")
+        cloud = sm.PointCloud(seen.points, seen.normals).transformed(T := motion(np.random.default_rng(2)))
+        picks = seen.points[[0, 900, 2000, 4000]]
+        by_words = sm.register(volume, cloud, level=1.0, inside="below")
+        by_pairs = sm.register(volume, cloud, level=(1.0, None), inside=("below", "above"))
+        by_hand = sm.align(volume, cloud, (picks, moved(T, picks)), level=1.0, inside="below")
+        for found in (by_words, by_pairs, by_hand):
+            assert_allclose(found.T_target_source, T, atol=0.01)
+
     def test_an_array_is_a_volume_for_inside_too(self):
         grid = np.stack(np.meshgrid(*[np.linspace(-2, 2, 20)] * 3, indexing="ij"), axis=-1)
         values = (grid**2).sum(axis=-1)
@@ -499,7 +512,7 @@ class TestBadInput:
             sm.register(sm.sphere(8), sm.sphere(8), level=0.5)
 
     def test_levels_of_three(self):
-        with pytest.raises(ValueError, match="level must be one number or a pair"):
+        with pytest.raises(ValueError, match="level must be one or a pair"):
             sm.register(sm.sphere(8), sm.sphere(8), level=(1, 2, 3))
 
 
