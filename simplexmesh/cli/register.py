@@ -62,6 +62,6 @@ def command(
 def _facts(found: Any, seconds: float) -> dict[str, Any]:
     """Return the report of a registration."""
     named = ("T_target_source", "error", "overlap", "score", "ambiguous", "open_motions", "covariance")
-    each = ("T_target_source", "score", "equivalent")
+    each = ("T_target_source", "score", "overlap", "equivalent")
     poses = [{name: getattr(pose, name) for name in each} for pose in found.poses]
     return {name: getattr(found, name) for name in named} | {"poses": poses, "seconds": round(seconds, 3)}

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,7 +15,7 @@ from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.errors import TopologyError
 from simplexmesh._base.units import common_unit
 from simplexmesh._base.vectors import dot, norm
-from simplexmesh.data.conversion import as_data, as_given
+from simplexmesh.data.conversion import as_given
 from simplexmesh.data.points import PointCloud, distinct
 from simplexmesh.data.volume import Volume
 from simplexmesh.motion.reconstruct.conversion import as_input
@@ -118,18 +119,19 @@ def oriented_points(
 
 
 def oriented_pair(
-    source: Any, target: Any, level: Any, label: Any, inside: Any, **options: Any
+    source: Any, target: Any, level: Any, label: Any, inside: Any
 ) -> tuple[OrientedPoints, OrientedPoints]:
     """Return the surfaces of two data; level, label and inside are pairs, or of those of the two that are volumes."""
-    things = [each if isinstance(each, list | tuple) else as_given(each, name)
-              for each, name in ((source, "source"), (target, "target"))]  # fmt: skip
-    levels, labels, sides = (
-        _pair(name, value, default, things)
-        for name, value, default in (("level", level, None), ("label", label, None), ("inside", inside, "above"))
-    )
+    things = {"source": source, "target": target}
+    for name, given in things.items():
+        if not isinstance(given, list | tuple):
+            with _called(name):
+                things[name] = as_given(given, name)
+    words = {"level": (level, None), "label": (label, None), "inside": (inside, "above")}
+    pairs = {word: _pair(word, *values, list(things.values())) for word, values in words.items()}
     one, other = (
-        oriented_points(each, name, level=levels[k], label=labels[k], inside=sides[k], **options)
-        for k, (each, name) in enumerate(zip(things, ("source", "target"), strict=True))
+        oriented_points(given, name, **{word: pair[k] for word, pair in pairs.items()})
+        for k, (name, given) in enumerate(things.items())
     )
     return one, other
 
@@ -144,18 +146,23 @@ def _pair(name: str, value: Any, default: Any, things: list[Any]) -> tuple[Any, 
     return value[0], value[1]
 
 
-def _points_of(data: Any, name: str, **options: Any) -> tuple[PointCloud, bool]:
-    """Return points on the surface of any data, with its unit and any normals, and whether these are unchecked."""
-    if isinstance(data, str | os.PathLike):
-        data = as_data(data, name)
+@contextmanager
+def _called(name: str) -> Iterator[None]:
+    """Let errors call the data by the name of an argument."""
     try:
-        if not isinstance(data, list | tuple):
-            data = as_data(data)
-        found = as_input(data, components="all", **options)
+        yield
     except (ValueError, TypeError) as error:
         kind = type(error) if isinstance(error, TypeError | TopologyError) else ValueError
-        message = str(error).removeprefix("data ")
-        raise kind(f"{name} {message}" if message != str(error) else f"{name}: {error}") from None
+        message = str(error)
+        if not message.startswith(name):
+            message = f"{name} {message[5:]}" if message.startswith("data ") else f"{name}: {message}"
+        raise kind(message) from None
+
+
+def _points_of(data: Any, name: str, **options: Any) -> tuple[PointCloud, bool]:
+    """Return points on the surface of any data, with its unit and any normals, and whether these are unchecked."""
+    with _called(name):
+        found = as_input(data, components="all", **options)
     cloud = found.samples()
     return replace(cloud, unit=found.source.unit), cloud.normals is not None and not found.oriented
 

@@ -51,8 +51,8 @@ class Pose:
     Attributes
     ----------
     T_target_source : (4, 4) array of float
-    score : float
-        At most 1, as in `Registration`.
+    score, overlap : float
+        As in `Registration`.
     equivalent : bool
         Whether the data does not distinguish it from the best pose.
 
@@ -62,17 +62,19 @@ class Pose:
     >>> egg = sm.ellipsoid((3, 2, 1), 12)
     >>> [pose.equivalent for pose in sm.register(egg, egg).poses]
     [True, True, True]
-    >>> Pose(np.diag([-1.0, -1.0, 1.0, 1.0]), 0.9, True)
-    Pose(score 0.90, turned by 180.0 degrees, equivalent)
+    >>> Pose(np.diag([-1.0, -1.0, 1.0, 1.0]), 0.9, 0.8, True)
+    Pose(score 0.90, overlap 80%, turned by 180.0 degrees, equivalent)
     """
 
     T_target_source: Array
     score: float
+    overlap: float
     equivalent: bool
 
     def __repr__(self) -> str:
         turn = np.degrees(rotation_angle(self.T_target_source))
-        return f"Pose(score {self.score:.2f}, turned by {turn:.1f} degrees{', equivalent' if self.equivalent else ''})"
+        said = f"score {self.score:.2f}, overlap {self.overlap:.0%}, turned by {turn:.1f} degrees"
+        return f"Pose({said}{', equivalent' if self.equivalent else ''})"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -148,7 +150,7 @@ def register(
     level: float | tuple[float | None, float | None] | None = None,
     label: int | tuple[int | None, int | None] | None = None,
     inside: str | tuple[str, str] = "above",
-    minimum_overlap: float = 0.1,
+    minimum_score: float = 0.1,
     progress: bool | Report = False,
 ) -> Registration:
     """Find the rigid motion between two objects, without an initial guess and without scaling.
@@ -163,9 +165,9 @@ def register(
         In one unit. Either may be partial. Missing normals are estimated.
     level, label, inside : as in `reconstruct`, or pairs of these, optional
         The surface of those of the two that are volumes, or of (source, target).
-    minimum_overlap : float
-        The score, as a fraction of the smaller surface, below which a warning is given; random poses have less than
-        0.1.
+    minimum_score : float
+        The score below which a warning is given; wrong poses of scans without symmetry have less than 0.1. It tells
+        these from right ones, which an overlap of points that happen to be near does not.
     progress : bool or callable
         True shows a bar; a function is called with the fraction done and a message.
 
@@ -181,7 +183,7 @@ def register(
     Warns
     -----
     SimplexMeshWarning
-        The best pose has less than the minimum overlap, or the normals of source and target were opposite.
+        The best pose has less than the minimum score, or the normals of source and target were opposite.
 
     References
     ----------
@@ -200,22 +202,22 @@ def register(
     >>> bool(np.allclose(found.T_target_source, T, atol=0.01))
     True
     """
-    minimum_overlap = checks.number("minimum_overlap", minimum_overlap, 0.0, 1.0)
+    minimum_score = checks.number("minimum_score", minimum_score, 0.0, 1.0)
     with reporting(progress) as report:
         report(0.0, "reading")
         moving, fixed = oriented_pair(source, target, level, label, inside)
         check_units(moving, fixed)
-        found = _registered(moving, fixed, minimum_overlap, report)
+        found = _registered(moving, fixed, minimum_score, report)
         report(1.0, "done")
     return replace(found, _points=(moving.points, fixed.points))
 
 
-def _registered(source: OrientedPoints, target: OrientedPoints, minimum_overlap: float, report: Report) -> Registration:
+def _registered(source: OrientedPoints, target: OrientedPoints, minimum_score: float, report: Report) -> Registration:
     """Return the pose; if none fits, and the sign of normals was given, that with the source's normals flipped."""
     found = _poses(source, target, report)
-    if found.score < minimum_overlap and (source.given or target.given):
+    if found.score < minimum_score and (source.given or target.given):
         flipped = _poses(source.flipped(), target, report)
-        if flipped.score >= minimum_overlap:
+        if flipped.score >= minimum_score:
             warn("the normals of source and target are opposite; those of the source were flipped")
             return flipped
     if not found.score > 0:
@@ -224,10 +226,10 @@ def _registered(source: OrientedPoints, target: OrientedPoints, minimum_overlap:
         raise ValueError(
             f"source and target must have at least {MINIMUM_INLIERS} points in common; the best pose found has fewer"
         )
-    if found.score < minimum_overlap:
+    if found.score < minimum_score:
         warn(
-            f"source and target agree on {found.score:.1%} of the smaller in the best pose found, less than "
-            f"{minimum_overlap:.0%}: it may be wrong"
+            f"the best pose found may be wrong: its score is {found.score:.2f}, its overlap {found.overlap:.0%}, and "
+            f"scores below {minimum_score:g} are those of chance"
         )
     return found
 
@@ -296,7 +298,7 @@ def _as_registration(
         return checks.frozen(between_frames(T, *centers, unit))
 
     A = about_origin(centers[1]) @ np.diag([1.0] * 3 + [unit] * 3)
-    poses = tuple(Pose(in_data_frame(each.T), each.score, bool(same)) for each, same in others)
+    poses = tuple(Pose(in_data_frame(each.T), each.score, each.overlap, bool(same)) for each, same in others)
     return Registration(
         T_target_source=in_data_frame(best.T),
         error=best.error * unit,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -469,10 +470,19 @@ class TestBadInput:
 
     def test_two_halves_that_hardly_overlap(self):
         points = lumpy(6000, np.random.default_rng(0))
-        with pytest.warns(sm.SimplexMeshWarning, match=r"agree on \d.* of the smaller .*, less than 10%"):
+        with pytest.warns(sm.SimplexMeshWarning, match="may be wrong") as heard:
             found = sm.register(points[points[:, 0] < 0.1], points[points[:, 0] > -0.1])
         assert 0 < found.score < 0.1
-        assert found.overlap > 0
+        figures = re.findall(r"[\d.]+%?", str(heard[0].message))  # those that the result shows, and the limit
+        assert figures == [*re.findall(r"[\d.]+%?", repr(found))[:2], "0.1"]
+
+    def test_other_poses_have_their_overlap(self):
+        """Of an ellipsoid, whole, on three quarters of it, turned by half about the long axis or not."""
+        whole = sm.ellipsoid((3, 2, 1), 16).triangulated().sampled(4000)
+        part = whole.points[:, 0] < 1
+        found = sm.register(whole, whole.selected(part))
+        assert sum(pose.equivalent for pose in found.poses) >= 1
+        assert_allclose([pose.overlap for pose in (found, *found.poses)], part.mean(), atol=0.06)  # a little beyond its border is near too
 
     def test_two_known_units(self):
         with pytest.raises(ValueError, match="source and target must have one unit, not m and mm: use in_unit"):
