@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 
 import simplexmesh as sm
+from simplexmesh.surface.curvature import estimate as curvatures
+from simplexmesh.surface.normals import estimate as normals
 
 API = (Path(__file__).parents[1] / "docs/api.md").read_text(encoding="utf-8")
 CONVENTIONS = (Path(__file__).parents[1] / "docs/conventions.md").read_text(encoding="utf-8")
@@ -36,6 +38,21 @@ FIRST = {
     for word in words(names)
     for kind in words(kinds)
 }
+SIZES = {
+    (word, name)
+    for sizes, names, _, _ in table("size", "of", "meaning", "unit")
+    for word in words(sizes)
+    for name in words(names)
+}
+SIZE = re.compile(
+    r"tolerance|reach|distance|radius|gap|scale|noise|threshold|minimum|limit|longest|^edge$|slack|penetration|tunnels|"
+    r"sigma|inner|pace|accuracy|difference|detail"
+)
+"""What sizes are called."""
+
+METHODS_OF = {"curvature": curvatures.METHODS, "vertex_normals": normals.METHODS}
+"""Methods whose options are given by name."""
+
 VOLUMES_ONLY = {"Isosurface", "LabelSurface", "Volume", "level_lines"}
 POSITIONS = {"moved", "gap", "prescribe"}
 """Methods whose `vertices` are positions, as those of constructors are."""
@@ -164,6 +181,27 @@ def result_classes(function: Function) -> set[type]:
 
 def test_every_row_of_the_table_has_its_rule():
     assert TABLE.keys() == RULES.keys() | {"data"}
+
+
+def sizes(name: str, function: Function) -> set[tuple[str, str]]:
+    """The parameters of a function that are sizes, by its own name; what results hold is no choice of a caller."""
+    result = inspect.isclass(function) and name != "DeformableModel"
+    named = {} if result else kinds(function)
+    number = re.compile(r"(str \| |Sequence\[)?float\b")
+    keys = {key for key, kind in named.items() if SIZE.search(key) and number.match(kind)}
+    options = {key for method in METHODS_OF.get(name, {}).values() for key in method.options if SIZE.search(key)}
+    return {(key, name.split(".")[-1]) for key in keys | options}
+
+
+def test_the_unit_of_every_size_is_told():
+    assert set().union(*(sizes(name, function) for name, function in ALL.items())) == SIZES
+
+
+def test_a_planted_size_is_seen():
+    found = sizes(
+        "planted", planted("(surface: Any, edges: bool, distance: float | None, tolerance_k: str | float = 0)")
+    )
+    assert found == {("distance", "planted"), ("tolerance_k", "planted")}
 
 
 def test_every_row_of_first_arguments_is_used():

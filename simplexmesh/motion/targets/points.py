@@ -66,13 +66,13 @@ class SurfelTarget(BuiltInTarget):
         _kernels_gaps.surfel_gaps(vertices, normals, self.center, reach, search, s, cache, out)
         return out
 
-    def beyond(self, places: Array, distance: float) -> Mask:
+    def beyond(self, places: Array, reach: float) -> Mask:
         """Return (n,) bool: whether places are farther than a distance from all data points.
 
         With large noise the fitted surface, and `gap` with it, extends beyond the border of the data.
         """
         nearest_surfel, _ = nearest(self.surfels, np.asarray(places) - self.center, 1)
-        return np.asarray(nearest_surfel[:, 0] > distance + 0.5 * self.surfels.spacing(0.9))
+        return np.asarray(nearest_surfel[:, 0] > reach + 0.5 * self.surfels.spacing(0.9))
 
     @cached_property
     def bounds(self) -> Array:

@@ -482,7 +482,9 @@ class TestBadInput:
         part = whole.points[:, 0] < 1
         found = sm.register(whole, whole.selected(part))
         assert sum(pose.equivalent for pose in found.poses) >= 1
-        assert_allclose([pose.overlap for pose in (found, *found.poses)], part.mean(), atol=0.06)  # a little beyond its border is near too
+        assert_allclose(
+            [pose.overlap for pose in (found, *found.poses)], part.mean(), atol=0.06
+        )  # a little beyond its border is near too
 
     def test_two_known_units(self):
         with pytest.raises(ValueError, match="source and target must have one unit, not m and mm: use in_unit"):
