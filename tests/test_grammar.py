@@ -156,7 +156,7 @@ RULES: dict[str, Callable[[str, str, Function], bool]] = {
     "`level`, `label`, `inside`": come_together,
     "`tolerance`, `reach`": of_type(r"float\b"),
     "`angle`": of_type(r"float\b|Array", "degrees"),
-    "`progress`": of_type(r"bool \| Report$"),
+    "`progress`": of_type(r"bool \| Progress$"),
     "`watch`": of_type(r"Callable\["),
     "`rng`": of_type(r"np\.random\.Generator \| int", "seed"),
     "several results": is_no_list,

@@ -18,7 +18,7 @@ KINDS = "plane,sphere,cylinder,cone,torus"
 ROWS = 30
 """Shapes in the table; the JSON report has all."""
 
-Points = Annotated[Path, typer.Argument(metavar="INPUT", help="Points: .ply, .xyz, .pcd, .las, .laz, .e57, ...")]
+PointsPath = Annotated[Path, typer.Argument(metavar="INPUT", help="Points: .ply, .xyz, .pcd, .las, .laz, .e57, ...")]
 Output = Annotated[Path | None, typer.Option("--output", "-o", help="File to write: .json, with all parameters.")]
 Mesh = Annotated[Path | None, typer.Option("--mesh", help="Write the surfaces: .vtp, .ply, .obj, .off, .stl.")]
 Step = Annotated[Path | None, typer.Option("--step", help="Write exact surfaces, or solids of pipes: .step, .stp.")]
@@ -26,19 +26,19 @@ Labelled = Annotated[
     Path | None,
     typer.Option("--labelled", help="Write all points with their labels: .laz, .las, .e57, .ply, .vtp."),
 ]
-Unit = Annotated[str | None, typer.Option(help="Unit of the points, where the file does not say: m, mm, ...")]
+PointsUnit = Annotated[str | None, typer.Option(help="Unit of the points, where the file does not say: m, mm, ...")]
 STEPS, CLOUDS = (".step", ".stp"), (".laz", ".las", ".e57", ".ply", ".vtp")
 
 
 def primitives(
-    path: Points,
+    path: PointsPath,
     output: Output = None,
     kinds: Annotated[str, typer.Option(help="Kinds to look for, separated by commas.")] = KINDS,
     noise: Annotated[float | None, typer.Option(help="Deviation of the points, in the file's unit; else seen.")] = None,
     mesh: Mesh = None,
     step: Step = None,
     labelled: Labelled = None,
-    unit: Unit = None,
+    unit: PointsUnit = None,
     picture: report.Picture = None,
     side: report.View = "iso",
     up: report.Up = "auto",
@@ -66,7 +66,7 @@ def primitives(
 
 
 def pipes(
-    path: Points,
+    path: PointsPath,
     output: Output = None,
     bill: Annotated[Path | None, typer.Option("--table", help="Write a bill of materials: .csv.")] = None,
     pick: Annotated[str | None, typer.Option(help="Only the pipe at this point: x,y,z.")] = None,
@@ -74,7 +74,7 @@ def pipes(
     mesh: Mesh = None,
     step: Step = None,
     labelled: Labelled = None,
-    unit: Unit = None,
+    unit: PointsUnit = None,
     picture: report.Picture = None,
     side: report.View = "iso",
     up: report.Up = "auto",

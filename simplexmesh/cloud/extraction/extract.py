@@ -9,7 +9,7 @@ import numpy as np
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices
-from simplexmesh._base.progress import Report
+from simplexmesh._base.progress import Progress
 from simplexmesh.cloud.extraction.finishing import described, labelled
 from simplexmesh.cloud.extraction.joint import Parts, together
 from simplexmesh.cloud.extraction.patches import LEAST, Limits
@@ -18,7 +18,7 @@ from simplexmesh.cloud.extraction.search import found_one_by_one
 from simplexmesh.cloud.extraction.working import Working, working
 from simplexmesh.cloud.fitting.selection import SURFACES
 from simplexmesh.cloud.fitting.starts import scaled
-from simplexmesh.cloud.opening import opened, shown
+from simplexmesh.cloud.given_cloud import given_cloud, shown
 from simplexmesh.data.points import PointCloud, distinct
 
 SHARE = 1e-3
@@ -37,7 +37,7 @@ def extract_primitives(
     least_radius: float = 0.0,
     greatest_radius: float = np.inf,
     rng: np.random.Generator | int = 0,
-    progress: bool | Report = False,
+    progress: bool | Progress = False,
 ) -> Extraction:
     """Find the planes, spheres, cylinders, cones and tori that a cloud is made of, and which points are of each.
 
@@ -104,7 +104,7 @@ def extract_primitives(
     >>> [each.kind for each in scene.primitives], round(scene.primitives[1].radius, 2)
     (['plane', 'cylinder'], 1.0)
     """
-    given = opened(cloud)
+    given = given_cloud(cloud)
     limits, generator = _limits(kinds, least_radius, greatest_radius), checks.generator("rng", rng)
     deviation = None if noise is None else checks.number("noise", noise, 0.0, open_low=True)
     wanted = None if fewest is None else checks.integer("fewest", fewest, LEAST)

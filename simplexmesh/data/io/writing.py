@@ -42,7 +42,7 @@ class _Polygons:
     triangles: Any = None
 
 
-def save(path: str | os.PathLike[str], value: Any) -> None:
+def write(path: str | os.PathLike[str], value: Any) -> None:
     """Write a simplex mesh, triangle mesh, point cloud or volume in the format its file name says."""
     where = checks.path("path", path)
     if hasattr(value, "spacing"):

@@ -14,9 +14,9 @@ from numpy.typing import ArrayLike
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import warn
-from simplexmesh._base.progress import Report, reporting
+from simplexmesh._base.progress import Progress, reporting
 from simplexmesh.data.points import PointCloud
-from simplexmesh.motion.reconstruct.open_data import are_inward
+from simplexmesh.motion.reconstruct.outer_side import are_inward
 from simplexmesh.recognition.library.global_descriptor import global_descriptor
 from simplexmesh.recognition.library.model_index import ModelIndex
 from simplexmesh.recognition.library.models import Model, model_of
@@ -210,7 +210,7 @@ class ModelLibrary:
         label: int | None = None,
         inside: str = "above",
         poses: ArrayLike | None = None,
-        progress: bool | Report = False,
+        progress: bool | Progress = False,
     ) -> tuple[Recognition, ...]:
         """Return the models recognized in a scan, best first, and their poses.
 
@@ -271,7 +271,7 @@ class ModelLibrary:
 
 
 def _recognized(
-    surface: OrientedPoints, index: ModelIndex, best: int, minimum_score: float, report: Report
+    surface: OrientedPoints, index: ModelIndex, best: int, minimum_score: float, report: Progress
 ) -> list[Recognition]:
     """Return the models recognized in a surface, best first."""
     scene = Scene.of(surface)

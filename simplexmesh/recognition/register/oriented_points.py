@@ -19,7 +19,7 @@ from simplexmesh.data.conversion import as_given
 from simplexmesh.data.points import PointCloud, distinct
 from simplexmesh.data.volume import Volume
 from simplexmesh.motion.reconstruct.conversion import as_input
-from simplexmesh.motion.reconstruct.open_data import are_inward
+from simplexmesh.motion.reconstruct.outer_side import are_inward
 from simplexmesh.motion.targets.borders import border_of_points
 from simplexmesh.numerics import _kernels_local_fits
 from simplexmesh.numerics.plane_fits import Planes, fitted, spacing_within

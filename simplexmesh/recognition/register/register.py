@@ -12,7 +12,7 @@ from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import warn
 from simplexmesh._base.html import card
-from simplexmesh._base.progress import Report, reporting
+from simplexmesh._base.progress import Progress, reporting
 from simplexmesh.data.points import PointCloud
 from simplexmesh.numerics.rigid import rotation_angle
 from simplexmesh.recognition.register import pose_scoring
@@ -151,7 +151,7 @@ def register(
     label: int | tuple[int | None, int | None] | None = None,
     inside: str | tuple[str, str] = "above",
     minimum_score: float = 0.1,
-    progress: bool | Report = False,
+    progress: bool | Progress = False,
 ) -> Registration:
     """Find the rigid motion between two objects, without an initial guess and without scaling.
 
@@ -212,7 +212,7 @@ def register(
     return replace(found, _points=(moving.points, fixed.points))
 
 
-def _registered(source: OrientedPoints, target: OrientedPoints, minimum_score: float, report: Report) -> Registration:
+def _registered(source: OrientedPoints, target: OrientedPoints, minimum_score: float, report: Progress) -> Registration:
     """Return the pose; if none fits, and the sign of normals was given, that with the source's normals flipped."""
     found = _poses(source, target, report)
     if found.score < minimum_score and (source.given or target.given):
@@ -234,7 +234,7 @@ def _registered(source: OrientedPoints, target: OrientedPoints, minimum_score: f
     return found
 
 
-def _poses(source: OrientedPoints, target: OrientedPoints, report: Report) -> Registration:
+def _poses(source: OrientedPoints, target: OrientedPoints, report: Progress) -> Registration:
     """Return the best pose of a surface on another, and the others, in the frames and unit of the data."""
     report(0.4, "voting")
     rng = np.random.default_rng(0)

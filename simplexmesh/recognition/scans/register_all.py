@@ -13,7 +13,7 @@ import numpy as np
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import warn
-from simplexmesh._base.progress import Report, reporting
+from simplexmesh._base.progress import Progress, reporting
 from simplexmesh._base.vectors import norm
 from simplexmesh.data.conversion import as_given
 from simplexmesh.data.volume import Volume
@@ -120,7 +120,7 @@ class Registered:
         return f"Registered({len(self.names)} scans in {groups}, {len(self.edges)} edges{alone})"
 
 
-def register_all(scans: Sequence[Any], *, progress: bool | Report = False) -> Registered:
+def register_all(scans: Sequence[Any], *, progress: bool | Progress = False) -> Registered:
     """Find the poses of several scans of one object, in any order, without an initial guess.
 
     Pairs are registered as by `register` until all scans hang together. A pair joins two groups only if all their scans
@@ -182,7 +182,7 @@ def register_all(scans: Sequence[Any], *, progress: bool | Report = False) -> Re
         return registered_named(read, names_of(scans), report)
 
 
-def registered_named(scans: Sequence[Any], names: tuple[str, ...], report: Report) -> Registered:
+def registered_named(scans: Sequence[Any], names: tuple[str, ...], report: Progress) -> Registered:
     """Return the poses of scans, with warnings that call them by these names."""
     found = registered(Scan.all_of(list(scans), names), names, report)
     report(1.0, "done")
@@ -211,7 +211,7 @@ def names_of(scans: Sequence[Any]) -> tuple[str, ...]:
     return tuple(name if short.count(name) == 1 else str(scan) for name, scan in zip(short, scans, strict=True))
 
 
-def registered(scans: list[Scan], names: tuple[str, ...], report: Report) -> Registered:
+def registered(scans: list[Scan], names: tuple[str, ...], report: Progress) -> Registered:
     """Return the poses of prepared scans, in the frames and unit of the data."""
     assembly = Assembly.of(scans)
     assembly.assemble(lambda fraction: report(0.1 + 0.6 * fraction, "registering pairs"))

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import simplexmesh as sm
 from simplexmesh._base.vectors import normalized
-from simplexmesh.motion.start.crossings import outer_crossings
+from simplexmesh.motion.start.grid_crossings import outer_crossings
 from simplexmesh.motion.targets._kernels_volume import isosurface_gaps
 from simplexmesh.motion.targets.protocol import checked_arguments
 from simplexmesh.motion.targets.triangles import border_sides

@@ -11,13 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.named_arrays import Data, is_color
 from simplexmesh._base.units import NANOMETERS
 from simplexmesh.data.io.integrity.survey import check_e57
 from simplexmesh.data.io.survey.tables import PIECE, Columns, Parts, Table, columns_of, complaints, needed, parts_of
 from simplexmesh.data.poses import rigid
-
-Array = NDArray[np.float64]
 
 _POINTS_A_BYTE = 8
 """Points of which no two are the same have one bit at least."""

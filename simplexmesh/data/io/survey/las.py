@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.named_arrays import Data, is_color
 from simplexmesh._base.units import NANOMETERS, known_unit
 from simplexmesh.data.columns import as_colors
 from simplexmesh.data.io.integrity.survey import check_las
 from simplexmesh.data.io.survey.tables import PIECE, Columns, Parts, Table, columns_of, complaints, needed, parts_of
-
-Array = NDArray[np.float64]
 
 _CHANNELS = ("red", "green", "blue", "alpha")
 

@@ -52,7 +52,7 @@ class Local(NamedTuple):
     order: Indices
 
 
-class Report(NamedTuple):
+class Goodness(NamedTuple):
     """How well a fit describes the points, all NaN if there is none; or arrays of these."""
 
     offset: float  # of the fit from the place, along its normal
@@ -63,7 +63,7 @@ class Report(NamedTuple):
     curvature: float  # root of the sum of the squared principal curvatures
 
 
-NO_FIT = Report(math.nan, math.nan, math.nan, math.nan, math.nan, math.nan)
+NO_FIT = Goodness(math.nan, math.nan, math.nan, math.nan, math.nan, math.nan)
 
 
 @njit(cache=True, error_model="numpy")
@@ -248,7 +248,7 @@ def fit(cloud, local, count, radius, noise, surfel):
         u = unit((u[0] - along * normal[0], u[1] - along * normal[1], u[2] - along * normal[2]))
         v = cross_product(normal, u)
     _set_form(surfel, u, v, bend, length / radius)
-    return Report(
+    return Goodness(
         dot((surfel[0] - start[0], surfel[1] - start[1], surfel[2] - start[2]), normal),
         (gain if len(cloud.spread) > 0 else gain * sigma * sigma) * radius * radius,
         sigma * radius,

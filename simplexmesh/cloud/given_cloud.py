@@ -6,12 +6,12 @@ from contextlib import AbstractContextManager
 from typing import Any
 
 from simplexmesh._base import checks
-from simplexmesh._base.progress import Report, reporting
+from simplexmesh._base.progress import Progress, reporting
 from simplexmesh.data.conversion import given_points
 from simplexmesh.data.points import PointCloud, warn_of_steps
 
 
-def opened(value: Any) -> PointCloud:
+def given_cloud(value: Any) -> PointCloud:
     """Return a cloud with all the points given, duplicates too, which are labelled as well; warn of coarse ones."""
     cloud = given_points(value, "cloud")
     if len(cloud):
@@ -20,6 +20,6 @@ def opened(value: Any) -> PointCloud:
     return cloud
 
 
-def shown(progress: Any) -> AbstractContextManager[Report]:
+def shown(progress: Any) -> AbstractContextManager[Progress]:
     """Return what yields a function to report progress to, or say what progress must be."""
     return reporting(progress if callable(progress) else checks.flag("progress", progress))
