@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import inspect
 import re
+import sys
 from collections.abc import Callable, Iterator
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -172,11 +174,31 @@ def broken(name: str, function: Function) -> list[str]:
     return [label for label, rule in rules.items() if not rule(label, name, function)]
 
 
-def result_classes(function: Function) -> set[type]:
-    """The classes of this package in the return annotation; each name of a class must be known where it stands."""
-    named = set(re.findall(r"(?<![\w.])[A-Z]\w+", str(inspect.signature(function).return_annotation))) - {"None"}
-    found = [getattr(inspect.getmodule(function), word, None) or getattr(sm, word) for word in named]
+HOMES = {"": sm, "targets.": sm.targets, "primitives.": sm.primitives}
+
+
+def named_classes(annotation: Any, module: str) -> set[type]:
+    """The classes of this package that an annotation names; each must be known in its module, or public."""
+    words = set(re.findall(r"(?<![\w.])[A-Z]\w+", str(annotation))) - {"None"}
+    places = [sys.modules.get(module), *HOMES.values()]
+    found = [next(getattr(place, word) for place in places if hasattr(place, word)) for word in words]
     return {each for each in found if inspect.isclass(each) and each.__module__.startswith("simplexmesh")}
+
+
+def result_classes(function: Function) -> set[type]:
+    """The classes of this package that a function returns, or that the public attributes of a class hold."""
+    if not inspect.isclass(function):
+        return named_classes(inspect.signature(function).return_annotation, function.__module__)
+    made = [each for _, each in inspect.getmembers_static(function) if isinstance(each, property | cached_property)]
+    getters = [getattr(each, "fget", None) or each.func for each in made]
+    of_properties = [result_classes(each) for each in getters if not each.__name__.startswith("_")]
+    of_fields = [
+        named_classes(annotation, base.__module__)
+        for base in function.__mro__
+        for name, annotation in vars(base).get("__annotations__", {}).items()
+        if not name.startswith("_")
+    ]
+    return set().union(*of_properties, *of_fields)
 
 
 def test_every_row_of_the_table_has_its_rule():
@@ -214,10 +236,9 @@ def test_every_signature_follows_the_grammar():
 
 
 def test_results_can_be_imported_and_looked_up():
-    homes = {"": sm, "targets.": sm.targets, "primitives.": sm.primitives}
     for kind in set().union(*map(result_classes, ALL.values())):
-        assert any(getattr(home, kind.__name__, None) is kind for home in homes.values()), kind
-        assert any(f"simplexmesh.{home}{kind.__name__}\n" in API for home in homes), kind
+        assert any(getattr(home, kind.__name__, None) is kind for home in HOMES.values()), kind
+        assert any(f"simplexmesh.{home}{kind.__name__}\n" in API for home in HOMES), kind
 
 
 @pytest.mark.parametrize("kind", ["Volume", "PointCloud", "TriangleMesh", "SimplexMesh"])
@@ -323,5 +344,19 @@ def test_a_planted_fault_is_seen_by_its_rule(label, signature):
 
 
 def test_a_planted_result_of_an_unknown_class_is_seen():
-    with pytest.raises(AttributeError):
+    with pytest.raises(StopIteration):
         result_classes(planted("(data) -> tuple[Unheard, int]"))
+
+
+def test_planted_attributes_are_seen():
+    class Result:
+        one: Volume | None  # noqa: F821
+        _other: Unheard  # noqa: F821
+
+        @property
+        def many(self) -> tuple[PointCloud, ...]: ...  # noqa: F821
+
+        @cached_property
+        def last(self) -> SAI: ...  # noqa: F821
+
+    assert result_classes(Result) == {sm.Volume, sm.PointCloud, sm.SAI}

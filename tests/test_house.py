@@ -22,7 +22,8 @@ TEXT = {".py", ".md", ".toml", ".sh", ".yml", ".cfg", ".txt", ""}
 
 RESULTS = {  # shown by the examples of what returns them
     *("Edited", "Batch", "Cut", "Joined", "Seam", "Regularized", "State", "Refined", "Round", "Opened", "Handled"),
-    *("HandleProposal", "Distance", "Rings", "Ball", "Nearest"),
+    *("HandleProposal", "Distance", "Rings", "Ball", "Nearest", "StartReport", "TopologyRecord", "Topology"),
+    *("Chain", "Feet", "Validation"),
 }
 
 

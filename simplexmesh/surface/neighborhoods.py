@@ -110,7 +110,7 @@ class Neighborhoods:
         return np.diff(self.offsets)
 
     @property
-    def rows(self) -> Rows:
+    def _rows(self) -> Rows:
         """The neighbors as kernels take them."""
         return Rows(self.offsets, self.members, self.closed)
 

@@ -40,12 +40,12 @@ class Condition:
     """
 
     contour: Contour | str
-    shape: Shapes | None = None  # None if it does not move by a force of its own
+    _shape: Shapes | None = None  # None if it does not move by a force of its own
     sharp: bool = False
     continuity: str | None = None
     pinned: bool = False
     at: Indices | None = None  # those pinned, if not all
-    curve: Surface | None = None  # where they are pinned, if not where they start
+    _curve: Surface | None = None  # where they are pinned, if not where they start
     tangent: Array | None = None
     mean_curvature: Array | None = None
 
@@ -70,7 +70,7 @@ class Condition:
             found = Contour(mesh, self.contour.vertices, self.contour.closed)
         if self.at is not None and (other := np.setdiff1d(self.at, found.vertices)).size:
             raise ValueError(f"at must be vertices of the contour; {other[0]} is not on it")
-        shape = FREE_SHAPE if self.shape is None else self.shape
+        shape = FREE_SHAPE if self._shape is None else self._shape
         given = {"curvature": shape.curvature, "torsion": shape.torsion}
         for name, values in {**given, "tangent": self.tangent, "mean_curvature": self.mean_curvature}.items():
             if values is not None and values.shape not in ((), (len(found),)):
@@ -106,7 +106,7 @@ class Condition:
         places, normals = vertices[rows], frames.normals[rows]
         along = normalized(vertices[ahead] - vertices[back])
         away = places - 0.5 * (vertices[back] + vertices[ahead])
-        outward = np.cross(along, self.shape.plane) if self.shape is not None and self.shape.plane.any() else away
+        outward = np.cross(along, self._shape.plane) if self._shape is not None and self._shape.plane.any() else away
         outward = normalized(outward - dot(outward, along)[:, None] * along)
         angle = np.arctan2(dot(along, np.cross(outward, normals)), dot(outward, normals))
         around = mesh.neighbors[rows]
@@ -123,7 +123,7 @@ class Condition:
         if not self.pinned:
             return
         rows = self.rows
-        goals = self.line.mesh.vertices[rows] if self.curve is None else self.curve.closest(out.positions[rows])[1]
+        goals = self.line.mesh.vertices[rows] if self._curve is None else self._curve.closest(out.positions[rows])[1]
         step = goals - motion.vertices[rows]
         edges = motion.vertices[motion.neighbors[rows]] - motion.vertices[rows][:, None]
         reach = 0.5 * np.sqrt((edges**2).sum(axis=(1, 2)) / 3)
@@ -172,7 +172,7 @@ def pinned(contour: Contour | str, curve: Any = None, *, at: ArrayLike | None = 
         points = np.concatenate([points, points[:1]])
     at = np.arange(len(points) - 1)
     segments = Surface(points, np.stack([at, at + 1, at + 1], axis=1))
-    return Condition(_contour(contour), FREE_SHAPE, pinned=True, at=rows, curve=segments)
+    return Condition(_contour(contour), FREE_SHAPE, pinned=True, at=rows, _curve=segments)
 
 
 def crease(contour: Contour | str) -> Condition:

@@ -191,7 +191,7 @@ def test_triangles_give_no_gap_at_vertices_that_are_not_finite():
 
 
 def test_dir_lists_the_public_names():
-    assert dir(sm.targets) == ["Isosurface", "LabelSurface", "Points", "Triangles", "Union"]
+    assert dir(sm.targets) == ["Border", "Isosurface", "LabelSurface", "Points", "Triangles", "Union"]
     assert {"surface", "heat", "picture"} <= set(dir(sm.plot))
     assert "skin" not in dir(sm.plot)
 

@@ -23,7 +23,7 @@ def estimate(
     around = face_cycles(samples, around, "discrete")
     n = len(around)
     mean, gauss, reasons = np.zeros(n), np.zeros(n), np.zeros(n, np.uint8)
-    seen = around.rows, samples.points, normals, AREAS[area], checks.flag("projected", projected)
+    seen = around._rows, samples.points, normals, AREAS[area], checks.flag("projected", projected)
     kernels.discrete(around.centers, *seen, kernels.MeanAndGauss(mean, gauss), reasons)
     amplitude = np.sqrt(np.maximum(mean * mean - gauss, 0.0))
     return Estimates(mean + amplitude, mean - amplitude, mean, gauss, reasons)
