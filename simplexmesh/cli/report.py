@@ -106,14 +106,15 @@ def progress(title: str, *, wanted: bool = True) -> Iterator[Progress]:
         yield lambda fraction, message: None
         return
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bar
 
     from simplexmesh._base.progress import bar_reporting
 
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %"))
     with (
-        Progress(*columns, TimeElapsedColumn(), console=Console(stderr=True), transient=True) as bar,
-        bar_reporting(bar, title, f"{title}: ") as moved,
+        Bar(*columns, TimeElapsedColumn(), console=Console(stderr=True), transient=True) as bar,
+        bar_reporting(bar, title) as moved,
     ):
         yield moved
 

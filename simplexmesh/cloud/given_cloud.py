@@ -1,12 +1,10 @@
-"""The door of all that takes a cloud of points, and tells how far it is."""
+"""The door of all that takes a cloud of points."""
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager
 from typing import Any
 
 from simplexmesh._base import checks
-from simplexmesh._base.progress import Progress, reporting
 from simplexmesh.data.conversion import given_points
 from simplexmesh.data.points import PointCloud, warn_of_steps
 
@@ -18,8 +16,3 @@ def given_cloud(value: Any) -> PointCloud:
         checks.size("cloud", cloud.bounds)
     warn_of_steps(cloud.points)
     return cloud
-
-
-def shown(progress: Any) -> AbstractContextManager[Progress]:
-    """Return what yields a function to report progress to, or say what progress must be."""
-    return reporting(progress if callable(progress) else checks.flag("progress", progress))

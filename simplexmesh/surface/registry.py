@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices
-from simplexmesh._base.errors import warn
+from simplexmesh._base.errors import TopologyError, warn
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.welding import distinct_positions
+from simplexmesh.mesh.manifold import matched, to_flip
 from simplexmesh.orientation._kernels_consistency import clashing_edges
 from simplexmesh.surface.neighborhoods import Ball, Nearest, Neighborhood, Neighborhoods, Rings, rings
 from simplexmesh.surface.reasons import EXPLANATIONS, FEW, OPEN
@@ -108,9 +109,15 @@ def warn_of_clashing_faces(samples: SampledSurface, reasons: NDArray[np.uint8], 
         return
     if count := int(clashing_edges(*samples.wedges)):
         edges = f"{count:,} edge{'s' if count > 1 else ''}"
+        faces, mates, _ = matched(samples.faces)
+        try:
+            to_flip(faces, mates)
+            advice = "orient them with TriangleMesh(vertices, faces).oriented()"
+        except TopologyError:
+            advice = "the surface is one-sided, and has no right ones everywhere"
         warn(
             f"triangles disagree on which side is outward across {edges}, so that normals and signs of curvature are "
-            "wrong nearby: orient them with TriangleMesh(vertices, faces).oriented()"
+            f"wrong nearby: {advice}"
         )
 
 

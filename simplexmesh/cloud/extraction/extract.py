@@ -9,7 +9,7 @@ import numpy as np
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices
-from simplexmesh._base.progress import Progress
+from simplexmesh._base.progress import Progress, reporting
 from simplexmesh.cloud.extraction.finishing import described, labelled
 from simplexmesh.cloud.extraction.joint import Parts, together
 from simplexmesh.cloud.extraction.patches import LEAST, Limits
@@ -18,7 +18,7 @@ from simplexmesh.cloud.extraction.search import found_one_by_one
 from simplexmesh.cloud.extraction.working import Working, working
 from simplexmesh.cloud.fitting.selection import SURFACES
 from simplexmesh.cloud.fitting.starts import scaled
-from simplexmesh.cloud.given_cloud import given_cloud, shown
+from simplexmesh.cloud.given_cloud import given_cloud
 from simplexmesh.data.points import PointCloud, distinct
 
 SHARE = 1e-3
@@ -114,7 +114,7 @@ def extract_primitives(
     points = given.points[first]
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     size = float(np.linalg.norm(np.ptp(points, axis=0))) / 2
-    with shown(progress) as report:
+    with reporting(progress, "finding primitives") as report:
         report(0.0, "looking at the points")
         unit = (points - middle) / size
         work = working(unit, None if deviation is None else deviation / size, generator)

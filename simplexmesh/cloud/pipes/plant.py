@@ -13,11 +13,11 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices, Mask
-from simplexmesh._base.progress import Progress, part_of
+from simplexmesh._base.progress import Progress, part_of, reporting
 from simplexmesh.cloud.extraction.extract import extract_primitives
 from simplexmesh.cloud.extraction.result import Extraction
 from simplexmesh.cloud.fitting.refine import WITHIN
-from simplexmesh.cloud.given_cloud import given_cloud, shown
+from simplexmesh.cloud.given_cloud import given_cloud
 from simplexmesh.cloud.pipes.follow import followed, line_of, on_line, radius_limits
 from simplexmesh.cloud.pipes.line import PipeElement, PipeLine, Pipes
 from simplexmesh.cloud.pipes.seeds import likely_picks
@@ -126,7 +126,7 @@ def extract_pipes(
     data = given_cloud(cloud)
     limits, reach = radius_limits(radius), checks.number("gap", gap, 0.0)
     generator = checks.generator("rng", rng)
-    with shown(progress) as report:
+    with reporting(progress, "finding pipes") as report:
         scene = extract_primitives(data, rng=generator, progress=part_of(report, 0.0, PRIMITIVES))
         plant = _plant(data, scene, limits, reach, generator, part_of(report, PRIMITIVES, 1.0))
         report(1.0, "following pipes")

@@ -142,7 +142,7 @@ def reconstruct(
         refine,
         creases,
     )
-    with reporting(progress) as report:
+    with reporting(progress, "reconstructing") as report:
         report(0.0, "reading")
         known = as_input(data, level=level, label=label, inside=inside, components=options.components, poses=poses)
         report(0.05, "finding a start")

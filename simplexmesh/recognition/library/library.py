@@ -239,7 +239,7 @@ class ModelLibrary:
         best = checks.integer("best", best, 1)
         checks.choice("inside", inside, ("above", "below"))
         minimum_score = checks.number("minimum_score", minimum_score, 0.0, 1.0)
-        with reporting(progress) as report:
+        with reporting(progress, "recognizing") as report:
             report(0.0, "reading")
             index = self._read()
             if not index.names:

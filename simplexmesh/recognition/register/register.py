@@ -203,7 +203,7 @@ def register(
     True
     """
     minimum_score = checks.number("minimum_score", minimum_score, 0.0, 1.0)
-    with reporting(progress) as report:
+    with reporting(progress, "registering") as report:
         report(0.0, "reading")
         moving, fixed = oriented_pair(source, target, level, label, inside)
         check_units(moving, fixed)

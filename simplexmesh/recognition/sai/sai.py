@@ -97,7 +97,7 @@ def sai(
     limit = None if tolerance is None else checks.number("tolerance", tolerance, 0.0, open_low=True)
     checks.choice("inside", inside, ("above", "below"))
     checks.choice("topology", topology, TOPOLOGIES)
-    with reporting(progress) as report:
+    with reporting(progress, "computing the signature") as report:
         report(0.0, "reading")
         known = as_input(data, level=level, label=label, inside=inside, poses=poses)
         cloud = _checked_samples(known.samples())

@@ -53,7 +53,7 @@ def _with_poses(fit: Callable[P, Reconstruction]) -> Callable[P, Reconstruction]
         if not needs_poses(chosen["data"], chosen["poses"]):
             return told(fit(*arguments, **options))
         check_choices(chosen)
-        with reporting(chosen["progress"]) as report:
+        with reporting(chosen["progress"], "reconstructing") as report:
             chosen["data"], found = posed_scans(chosen["data"], chosen["poses"], part_of(report, 0.0, SHARE))
             chosen["poses"] = None if found is None else found.poses[list(found.groups[0])]
             chosen["progress"] = part_of(report, SHARE, 1.0)

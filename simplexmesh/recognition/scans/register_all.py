@@ -27,7 +27,7 @@ CONTRADICTING = 10.0
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ScanPair:
-    """Two scans of a set that overlap; made by `register_all`.
+    """Two scans of a set that overlap, or seemed to; made by `register_all`.
 
     Attributes
     ----------
@@ -40,7 +40,8 @@ class ScanPair:
     overlap : float
         Fraction of the smaller scan near the other.
     accepted : bool
-        Whether it agrees with the poses of all scans; pairs that do not have no influence on them.
+        Whether it is measured from the poses of all scans. Otherwise it is a pose in which the two fit alone and that
+        contradicts these, on which it has no influence.
     ambiguous : bool
         Whether the pose is one of several that fit as well, and no other scan tells which: what the two have in common
         is symmetric.
@@ -78,7 +79,8 @@ class Registered:
     groups : tuple of tuple of int
         Scans that hang together, the largest group first. Between groups poses mean nothing.
     edges : tuple of ScanPair
-        The pairs of scans that overlap.
+        The pairs of scans that overlap, and after these poses of pairs alone that contradict those of all, not
+        `accepted`.
     residuals : (e,) array of float
         How far the poses move each pair from where it fits best, root mean square over the source, in the data's unit.
     covariance : (n, 6, 6) array of float
@@ -177,7 +179,7 @@ def register_all(scans: Sequence[Any], *, progress: bool | Progress = False) -> 
     for k, scan in enumerate(read):
         if isinstance(scan, Volume):
             raise TypeError(f"scans[{k}] must be points or a surface, not a {checks.type_name(scan)}")
-    with reporting(progress) as report:
+    with reporting(progress, "registering") as report:
         report(0.0, "reading")
         return registered_named(read, names_of(scans), report)
 
@@ -241,7 +243,7 @@ def _edges(assembly: Assembly) -> tuple[tuple[ScanPair, ...], Array]:
         if assembly.group_of(i) is assembly.group_of(j):
             off = _shift(scans[i], found.T, assembly.relative(i, j))
             if off > CONTRADICTING * typical:
-                edges.append(((i, j), found.T, typical, found.near, False, False))
+                edges.append(((i, j), found.T, found.found.error, found.near, False, False))
                 residuals.append(off)
     unit = scans[0].unit
     pairs = []

@@ -325,3 +325,14 @@ def test_anything_is_saved(tmp_path):
         sm.save(3, tmp_path / "a.ply")
     with pytest.raises(TypeError, match="path must be a string or a Path, not SimplexMesh"):
         sm.save(tmp_path / "a.ply", MESH)
+
+
+def test_primitives_are_saved_as_their_triangles(tmp_path):
+    ball = sm.primitives.Sphere((0, 0, 0), 2.0)
+    sm.save(ball, tmp_path / "a.ply")
+    assert_allclose(ball.distance(sm.read(tmp_path / "a.ply").vertices), 0, atol=1e-9)
+    with pytest.raises(ValueError, match="a cylinder without a fit has no ends"):
+        sm.save(sm.primitives.Cylinder((0, 0, 0), (0, 0, 1), 2.0), tmp_path / "b.ply")
+    with pytest.raises(ValueError, match="a line is a curve, and has no triangles"):
+        sm.save(sm.primitives.Line((0, 0, 0), (0, 0, 1)), tmp_path / "b.ply")
+    assert not (tmp_path / "b.ply").exists()

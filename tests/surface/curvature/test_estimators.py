@@ -1025,6 +1025,9 @@ class TestResult:
         assert found.along(0) == pytest.approx(found.k1)
         assert found.along(-np.pi / 2) == pytest.approx(found.k2)
         assert found.along(np.full(240, np.pi / 4)) == pytest.approx(found.mean)
+        for degrees in (90, -90, [0.0, 45.0]):
+            with pytest.raises(ValueError, match=r"^angle must be in radians, at most 3.14159, not [49]"):
+                found.along(degrees)
 
     def test_oblique_sections_follow_meusnier(self):
         tube = discretized.uv_cylinder(24, 12, radius=2.0)
