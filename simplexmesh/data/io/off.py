@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,8 +13,12 @@ from simplexmesh._base.errors import warn
 from simplexmesh.data import columns
 from simplexmesh.data.io import formats
 from simplexmesh.data.io.polygons import triangulated
+from simplexmesh.data.io.text import write_lines
 from simplexmesh.data.points import PointCloud, cloud_of_file
 from simplexmesh.data.triangles import TriangleMesh
+
+if TYPE_CHECKING:
+    from simplexmesh.data.io.polydata import Polygons
 
 
 def read_off(path: Path) -> TriangleMesh | PointCloud:
@@ -66,3 +71,11 @@ def _table(numbers: Array, keyword: str) -> tuple[dict[str, Array], int]:
     if len(numbers) < len(names) or len(colors) in (1, 2):
         raise ValueError(f"its rows have {len(numbers)} numbers, fewer than {keyword}OFF says")
     return dict(zip(names, numbers, strict=False)), len(numbers) - len(names)
+
+
+def write_off(path: Path, content: Polygons) -> None:
+    """Write points and polygons."""
+    head = [f"OFF\n{len(content.points)} {len(content.sizes)} 0\n"]
+    vertices = (f"{x!r} {y!r} {z!r}\n" for x, y, z in content.points.tolist())
+    faces = (f"{len(loop)} {' '.join(map(str, loop))}\n" for loop in content.loops)
+    write_lines(path, head, vertices, faces)

@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import simplexmesh as sm
 from simplexmesh.data.conversion import as_triangles
-from simplexmesh.data.io.vtk import with_colors_of_obj
+from simplexmesh.data.io.obj import with_colors
 
 BALL = sm.sphere(4)
 N = BALL.n_vertices
@@ -178,7 +178,7 @@ def test_obj_as_vtk_reads_it_in_single_precision(tmp_path):
     small = SURFACE.transformed(np.diag([0.3, 0.3, 0.3, 1])).with_data(intensity=None, label=None, uv=None)
     small.save(tmp_path / "a.obj")
     rounded = replace(small, vertices=small.vertices.astype(np.float32), data={})
-    assert_array_equal(with_colors_of_obj(rounded, tmp_path / "a.obj").data["colors"], SURFACE.data["colors"])
+    assert_array_equal(with_colors(rounded, tmp_path / "a.obj").data["colors"], SURFACE.data["colors"])
 
 
 def test_pyvista_brings_all_arrays():

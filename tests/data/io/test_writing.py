@@ -17,6 +17,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 import simplexmesh as sm
 from simplexmesh.data.conversion import as_data, as_volume
 from simplexmesh.data.io import writing
+from simplexmesh.data.io.ply import write_ply
+from simplexmesh.data.io.polydata import Polygons, write_vtp
 from simplexmesh.data.io.writing import to_pyvista, write
 
 ROUGH = np.random.default_rng(0)
@@ -178,8 +180,8 @@ def test_faces_of_more_corners_than_a_byte_counts(tmp_path):
     big = max(len(face) for face in tube.faces)
     angles = np.linspace(0, 2 * np.pi, 300, endpoint=False)
     ring = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
-    content = writing._Polygons(ring, np.array([300]), np.arange(300))
-    writing._write_ply(tmp_path / "ring.ply", content)
+    content = Polygons(ring, np.array([300]), np.arange(300))
+    write_ply(tmp_path / "ring.ply", content)
     assert sm.read(tmp_path / "ring.ply").n_faces == 298
     assert big < 300
 
@@ -239,7 +241,7 @@ class TestRefusals:
             part.write_text("half")
             raise OSError("disk full")
 
-        monkeypatch.setitem(writing._WRITERS, ending, failing)
+        monkeypatch.setitem(writing.FORMATS, ending, writing.FORMATS[ending]._replace(write=failing))
         with pytest.raises(OSError, match="disk full"):
             write(path, sm.sphere(2))
         assert [p.name for p in tmp_path.iterdir()] == [path.name]
@@ -247,7 +249,7 @@ class TestRefusals:
 
     def test_vtk_cannot_write(self, tmp_path):
         with pytest.raises(OSError, match="the file cannot be written"):
-            writing.polydata.write_vtp(tmp_path / "no" / "a.vtp", to_pyvista(sm.sphere(2)))
+            write_vtp(tmp_path / "no" / "a.vtp", Polygons.of(sm.sphere(2)))
 
 
 class TestNamesOfArrays:
