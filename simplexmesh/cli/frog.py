@@ -1,4 +1,4 @@
-"""Reconstruction of organs of a frog from a labelled magnetic resonance volume, and of one of them from a noisy scan.
+"""Reconstruction of organs of a frog from a labeled magnetic resonance volume, and of one of them from a noisy scan.
 
 The volume comes with PyVista; its labels are those of the *VTK User's Guide*. `demos/frog.py` runs this module too.
 """
@@ -89,7 +89,7 @@ def warnings_prefixed(name: str) -> Iterator[None]:
 
 
 def frog() -> Any:
-    """Return the labelled volume of the frog that comes with PyVista."""
+    """Return the labeled volume of the frog that comes with PyVista."""
     import pyvista
     from pyvista import examples
 

@@ -10,7 +10,7 @@ from simplexmesh.data.points import PointCloud, warn_of_steps
 
 
 def given_cloud(value: Any) -> PointCloud:
-    """Return a cloud with all the points given, duplicates too, which are labelled as well; warn of coarse ones."""
+    """Return a cloud with all the points given, duplicates too, which are labeled as well; warn of coarse ones."""
     cloud = given_points(value, "cloud")
     if len(cloud):
         checks.size("cloud", cloud.bounds)

@@ -44,11 +44,11 @@ def as_given(value: Any, name: str = "data") -> Any:
     )
 
 
-def as_volume(value: Any, name: str = "volume") -> Volume:
+def as_volume(value: Any) -> Volume:
     """Return a Volume from any supported input; see `as_data`."""
-    out = as_data(value, name)
+    out = as_data(value, "volume")
     if not isinstance(out, Volume):
-        raise TypeError(f"{name} must be a volume, not {_description(value, out)}")
+        raise TypeError(f"volume must be a volume, not {_description(value, out)}")
     return out
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import cross, norm, normalized, tangents
-from simplexmesh.numerics.rigid import robust_scale, robust_weights
+from simplexmesh.numerics.robust import robust_scale, robust_weights
 
 SAMPLES = 300
 """Circles through three random points that are scored."""

@@ -159,12 +159,6 @@ def thumbnail(*shown: Any, values: ArrayLike | None = None) -> bytes:
     """Return a small picture of surfaces, or of zones or sharp edges, drawn off screen, as bytes of a PNG file.
 
     One surface is colored by `values` if given.
-
-    Examples
-    --------
-    >>> from simplexmesh.mesh.shapes import torus
-    >>> thumbnail(torus())[1:4]
-    b'PNG'
     """
     plotter = grid((1, 1), (320, 240), window=False)
     plotter.set_background("white")

@@ -10,7 +10,7 @@ import numpy as np
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.progress import Progress, reporting
-from simplexmesh.cloud.extraction.finishing import described, labelled
+from simplexmesh.cloud.extraction.finishing import described, labeled
 from simplexmesh.cloud.extraction.joint import Parts, together
 from simplexmesh.cloud.extraction.patches import LEAST, Limits
 from simplexmesh.cloud.extraction.result import Extraction
@@ -52,7 +52,7 @@ def extract_primitives(
     ----------
     cloud : PointCloud, array, path or object of another library
         At least 24 different points. Shapes are looked for among at most 100,000 of them, drawn at random; all points
-        are labelled.
+        are labeled.
     kinds : sequence of str
         The kinds that are looked for: "plane", "sphere", "cylinder", "cone", "torus".
     noise : float, optional
@@ -127,7 +127,7 @@ def extract_primitives(
         report(0.8, "seeing all together")
         state = together(work, found, limits, generator)
         report(0.9, "labelling all points")
-        labels = labelled(work, state, unit)
+        labels = labeled(work, state, unit)
         report(1.0, "labelling all points")
     return _finished(given, work, state, labels, inverse, middle, size, generator)
 

@@ -13,7 +13,7 @@ from simplexmesh.cloud.fitting.describe import deferred_tests
 from simplexmesh.data.primitives import Primitive, fit_of
 
 
-def labelled(work: Working, state: Parts, points: Array) -> Indices:
+def labeled(work: Working, state: Parts, points: Array) -> Indices:
     """Return the labels (n,) of all points: of the primitives of those about them, the nearest one."""
     if len(points) == len(work.points):
         return state.labels

@@ -66,10 +66,9 @@ def connected(work: Working, primitive: Primitive, free: Mask, seeds: Indices, b
     return found
 
 
-def grown_once(work: Working, primitive: Primitive, free: Mask, seeds: Indices, noise: float | None = None) -> Grown:
+def grown_once(work: Working, primitive: Primitive, free: Mask, seeds: Indices) -> Grown:
     """Return the points on a primitive that are connected with seeds; the noise is raised to that which they show."""
-    noise = work.noise if noise is None else noise
-    limit = UNEVEN
+    noise, limit = work.noise, UNEVEN
     while True:
         members = connected(work, primitive, free, seeds, WITHIN * noise)
         shown = deviation(work, primitive, members)

@@ -102,10 +102,6 @@ class EditableDarts:
         d = self.dart("dart", dart)
         return d // 3, int(self._darts.twin[d]) // 3
 
-    def is_hole(self, face: int) -> bool:
-        """Return whether a face is a hole."""
-        return bool(self._darts.face_hole[self.face(face)])
-
     @property
     def n_slots(self) -> int:
         """Number of vertices so far, removed ones included; the next new vertex gets this number."""

@@ -20,6 +20,7 @@ from simplexmesh.numerics._kernels_frames import tangents
 from simplexmesh.numerics._kernels_matrices import solve
 from simplexmesh.numerics._kernels_tree import select
 from simplexmesh.numerics._kernels_vectors import assign, cross_product, dot, minus, row, unit
+from simplexmesh.numerics.robust import NORMAL_MAD
 
 MAX_POINTS = 2048  # per fit; larger neighborhoods are subsampled
 VARIANCE_FLOOR = 0.04  # isotropic part of the variance of known errors
@@ -179,7 +180,7 @@ def _deviation(local, n, x, unknowns, cutoff, square, used):
         for i in range(n):
             local.rest[i], local.order[i] = abs(local.h[i] - _height(x, local.s[i], local.t[i])), i
         select(local.rest, local.order, 0, n, n // 2)
-        return 1.4826 * local.rest[local.order[n // 2]] * n / max(n - unknowns, 1)
+        return NORMAL_MAD * local.rest[local.order[n // 2]] * n / max(n - unknowns, 1)
     square *= used / max(used - unknowns, 1.0)
     sigma = math.sqrt(square)
     for _ in range(3):  # Gaussian errors assumed
