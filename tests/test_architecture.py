@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
@@ -13,6 +14,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1] / "simplexmesh"
 TESTS = Path(__file__).parent
+ARCHITECTURE = (ROOT.parent / "docs/architecture.md").read_text(encoding="utf-8")
 
 # Room -> the rooms it may import from, besides itself; the front is the package as users see it.
 BASE = {"_base", "numerics"}
@@ -300,6 +302,21 @@ def test_only_public_doors_are_wide():
     sources = {place_of(path): path.read_text(encoding="utf-8") for path in files()}
     found = {place: wide_functions(source, public_names(place)) for place, source in sources.items()}
     assert {place: wide for place, wide in found.items() if wide} == {}
+
+
+@pytest.mark.parametrize("folder", ["numerics", "mesh/decimation"])
+def test_the_files_of_rooms_that_others_stand_on_are_listed(folder):
+    listed = ARCHITECTURE.partition(f"| file of `{folder}` |")[2].partition("\n\n")[0]
+    stems = {path.stem for path in files() if path.parent == ROOT / folder} - {"__init__"}
+    assert set(re.findall(r"`(\w+)`", " ".join(row.split("|")[1] for row in listed.splitlines()[2:]))) == stems
+
+
+def test_every_place_that_the_page_sends_to_is_there():
+    """Files and folders, from the package or the room that is told of on."""
+    there = [f"/{path.relative_to(ROOT.parent).as_posix()}/" for top in (ROOT, TESTS) for path in top.rglob("*")]
+    places = set(re.findall(r"`((?:\w+/)+(?:\w+(?:\.py)?)?|\w+\.py)`", ARCHITECTURE))
+    assert len(places) > 40
+    assert {p for p in places if not any(each.endswith((f"/{p.strip('/')}/", f"/{p}.py/")) for each in there)} == set()
 
 
 def test_no_folder_is_crowded():
