@@ -27,7 +27,7 @@ NOISE = 0.08
 """In edges of the surface: more noise than that, in means of the points of a vertex, is averaged over more points."""
 
 
-class Line(NamedTuple):
+class CreaseLine(NamedTuple):
     """A line in space: points (k, 3) in order, whether the last is joined to the first, and the mean angle there."""
 
     points: Array
@@ -57,12 +57,12 @@ def at_distances(points: Array, far: Array, along: Array) -> Array:
     return np.column_stack([np.interp(along, far, points[:, j]) for j in range(3)])
 
 
-def crease_lines(mesh: SimplexMesh, points: Array, noise: float) -> list[Line]:
+def crease_lines(mesh: SimplexMesh, points: Array, noise: float) -> list[CreaseLine]:
     """Return the sharp edges of points (n, 3) near a closed mesh, which has rounded them, the longest first."""
     vertices, faces = surface_through(mesh, points, noise)
     side = resolution(mesh.area / len(points), noise)
     found = _without_loops(feature_lines(TriangleMesh(vertices, faces)), side, max(mean_edge(mesh), side))
-    return [Line(line.points, line.closed, float(line.angle.mean())) for line in found.lines]
+    return [CreaseLine(line.points, line.closed, float(line.angle.mean())) for line in found.lines]
 
 
 def resolution(area: float, noise: float) -> float:
@@ -76,7 +76,7 @@ def _without_loops(found: FeatureNetwork, side: float, face: float) -> FeatureNe
 
     The hexagon is of the side of faces of the model; of twice that of the surface if the sharper ones are near.
     """
-    lines = [Line(line.points, line.closed, float(line.angle.mean())) for line in found.lines]
+    lines = [CreaseLine(line.points, line.closed, float(line.angle.mean())) for line in found.lines]
     lengths = np.array([line.length for line in lines])
     ends = np.array([line.points[[0, -1]] for line in lines]).reshape(-1, 3)
     nodes = np.unique(ends, axis=0, return_inverse=True)[1].reshape(-1, 2)

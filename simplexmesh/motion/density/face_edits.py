@@ -182,11 +182,10 @@ def with_even_faces(step: Edited, zone: Mask) -> Edited:
     return step
 
 
-def disjoint_groups(groups: Indices32, count: int, most: int, free: Mask | None = None) -> Indices:
+def disjoint_groups(groups: Indices32, count: int, most: int) -> Indices:
     """Return the indices of groups of faces chosen greedily, in order, so that no two share a face."""
     out = np.zeros(min(most, len(groups)), np.int64)
-    free = np.ones(count, bool) if free is None else free.copy()
-    return out[: _kernels_refine.disjoint_rows(groups, free, len(out), out)]
+    return out[: _kernels_refine.disjoint_rows(groups, np.ones(count, bool), len(out), out)]
 
 
 def with_even_metric(step: Edited) -> SimplexMesh:

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 import simplexmesh as sm
 from simplexmesh.motion.model.state import mean_edge
-from simplexmesh.motion.model.untangle import Tangles, filmed
+from simplexmesh.motion.model.untangle import Tangles, with_membrane
 from simplexmesh.motion.reconstruct import pipeline
 from simplexmesh.motion.reconstruct.measure import Strays, restored
 from simplexmesh.motion.topology.face_regions import dilated
@@ -74,7 +74,7 @@ def test_a_film_is_flat_in_a_flat_rim_and_leaves_the_rest():
     sheet = sm.plane(vertices=400)
     lifted = sheet.moved(sheet.vertices + np.outer(np.arange(sheet.n_vertices) == 200, sheet.normals[0]))
     zone = np.linalg.norm(sheet.vertices - sheet.vertices[200], axis=1) < 0.2 * np.ptp(sheet.vertices, axis=0).max()
-    out = filmed(lifted, zone)
+    out = with_membrane(lifted, zone)
     assert abs((out.vertices - sheet.vertices[0]) @ sheet.normals[0]).max() < 1e-9
     assert_array_equal(out.vertices[~zone], lifted.vertices[~zone])
     inner = zone & zone[sheet.neighbors].all(axis=1)
@@ -91,14 +91,14 @@ def test_a_component_wholly_in_the_zone_of_a_film_stays():
         )
     )
     first = two.vertices[:, 0] < 2
-    out = filmed(two, first | (two.vertices[:, 2] > 5.5))
+    out = with_membrane(two, first | (two.vertices[:, 2] > 5.5))
     assert_array_equal(out.vertices[first], two.vertices[first])
     moved = (out.vertices != two.vertices).any(axis=1)
     assert moved[two.vertices[:, 2] > 5.6].all()
     assert out.vertices[:, 2].max() < 5.6
     everything = np.ones(START.n_vertices, bool)
-    assert filmed(START, everything) is START
-    assert filmed(START, ~everything) is START
+    assert with_membrane(START, everything) is START
+    assert with_membrane(START, ~everything) is START
 
 
 def test_a_reconstruction_whose_last_motion_spoils_it_is_repaired_and_counts_it(monkeypatch):
