@@ -30,12 +30,11 @@ class SurfelTarget(BuiltInTarget):
 
     Attributes
     ----------
-    surfels : Surfels
-        In coordinates relative to `center`.
     center : (3,) array of float
+        The mean of the data, about which its surface is described.
     """
 
-    surfels: Surfels
+    _surfels: Surfels
     center: Array
 
     def _initialize(self, surfels: Surfels, center: Array) -> None:
@@ -130,8 +129,8 @@ class Points(SurfelTarget):
 
     def resolution(self, places: Array) -> Array:
         """Return (n,) the size of the smallest details that the data shows at places (n, 3) near it."""
-        _, nearest_surfel = nearest(self.surfels, np.asarray(places) - self.center, 1)
-        return np.asarray(DETAIL * self.surfels.radius[nearest_surfel[:, 0]])
+        _, nearest_surfel = nearest(self._surfels, np.asarray(places) - self.center, 1)
+        return np.asarray(DETAIL * self._surfels.radius[nearest_surfel[:, 0]])
 
     def oriented_by(self, directions: ArrayLike | Callable[[Array], Any]) -> Points:
         """Return the target of the same points with oriented normals.
