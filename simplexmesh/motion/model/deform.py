@@ -199,7 +199,8 @@ class DeformableModel:
         tolerance : float
             Stop once no vertex moves farther than this in an iteration, in the mesh's unit; 0 never stops early.
         warnings : bool
-            Whether to warn at the end of a mesh that is folded, or of which a quarter or more has no data within reach.
+            Whether to warn at the end of a mesh that is folded, or of which a quarter, or a part far from the rest, has
+            no data within reach.
 
         Returns
         -------
@@ -232,7 +233,7 @@ class DeformableModel:
             if at_rest:
                 break
         if warnings and iterations and self.target is not None:
-            warn_of_end(self._release.mask, gaps, self.reach)
+            warn_of_end(self.mesh, gaps, self._release.mask, self.reach)
 
     def step(self) -> Array:
         """Do one iteration and return the gaps (n,) that it used, NaN where no data was within reach.
