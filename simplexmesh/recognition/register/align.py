@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import warn
+from simplexmesh._base.units import common_unit
 from simplexmesh._base.vectors import norm
 from simplexmesh.numerics.rigid import point_pairs, relative_extents, rigid_fit
 from simplexmesh.recognition.register.icp import find_correspondences, refined, uncertainty
@@ -84,7 +85,7 @@ def align(source: Any, target: Any, pairs: tuple[ArrayLike, ArrayLike], *, refin
     Raises
     ------
     ValueError, TypeError, OSError
-        Fewer than three pairs, collinear pairs, data that is missing, fewer than 50 points.
+        Fewer than three pairs, collinear pairs, data that is missing, fewer than 50 points, two units.
 
     Warns
     -----
@@ -110,6 +111,7 @@ def align(source: Any, target: Any, pairs: tuple[ArrayLike, ArrayLike], *, refin
     residuals = norm(source_points @ start[:3, :3].T + start[:3, 3] - target_points)
     pairs_error = float(np.sqrt((residuals**2).mean()))
     moving, fixed = oriented_points(source, "source"), oriented_points(target, "target")
+    common_unit("source and target", (moving, fixed))
     reach, T = REACH * max(moving.spacing, fixed.spacing), start
     if refine:
         fine_moving, fine_fixed = moving.on_quadrics(), fixed.on_quadrics()
