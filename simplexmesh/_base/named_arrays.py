@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
+from simplexmesh._base.html import card
 from simplexmesh._base.units import InUnits
 
 Data = Mapping[str, NDArray[Any]]
@@ -87,6 +88,15 @@ class Located(InUnits):
         """(2, 3) array of float: lowest and highest coordinates."""
         at = self.points if hasattr(self, "points") else self.vertices  # type: ignore[attr-defined]
         return checks.frozen(np.stack([at.min(axis=0), at.max(axis=0)]))
+
+    def _repr_html_(self) -> str:
+        """Return a small picture and a table, as notebooks show."""
+        return card(repr(self), self._facts(), self)
+
+    def _facts(self) -> dict[str, str]:
+        """Return the rows of a table of what matters."""
+        size = " x ".join(f"{side:.4g}" for side in np.ptp(self.bounds, axis=0))
+        return {"size": f"{size} {self.unit or ''}".strip(), **({"arrays": ", ".join(self.data)} if self.data else {})}
 
     @property
     def diagonal(self) -> float:

@@ -14,6 +14,7 @@ from simplexmesh._base.errors import warn
 from simplexmesh._base.units import common_unit
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.data.conversion import as_triangles
+from simplexmesh.data.poses import Posed
 from simplexmesh.numerics.constrained_least_squares import constrained_least_squares
 from simplexmesh.numerics.rigid import plane_jacobian, rigid_fit, rotation_angle, small_motion
 from simplexmesh.recognition.contact.contact_limits import ContactLimits, pair_limits
@@ -37,7 +38,7 @@ LIMIT_TOLERANCE = 1e-3
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Occlusion:
+class Occlusion(Posed):
     """The pose of a part in contact with another; made by `occlude`.
 
     Attributes

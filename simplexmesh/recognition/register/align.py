@@ -14,6 +14,7 @@ from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import warn
 from simplexmesh._base.units import common_unit
 from simplexmesh._base.vectors import norm
+from simplexmesh.data.poses import Posed
 from simplexmesh.numerics.rigid import point_pairs, relative_extents, rigid_fit
 from simplexmesh.recognition.register.icp import find_correspondences, refined, uncertainty
 from simplexmesh.recognition.register.oriented_points import oriented_points
@@ -24,7 +25,7 @@ finds farther, and mistakes what does not belong together."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Alignment:
+class Alignment(Posed):
     """The pose of a source on a target; made by `align`.
 
     Attributes
