@@ -19,7 +19,7 @@ from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.drafts import draft
 from simplexmesh._base.errors import warn
-from simplexmesh._base.named_arrays import Data, is_color
+from simplexmesh._base.named_arrays import OF_MODELS, Data, is_color
 from simplexmesh.data.columns import ALONE, NORMALS, columns_of, data_of
 from simplexmesh.data.exporting import by_trimesh
 from simplexmesh.data.io import polydata
@@ -332,9 +332,6 @@ def _loops(content: _Polygons) -> Iterable[list[int]]:
         yield flat[at : at + size]
         at += size
 
-
-OF_MODELS = ("metric", "distance")
-"""Arrays that every reconstruction adds: files that leave them out lose nothing that was in the data."""
 
 _HOLDS: dict[str, Callable[[str, NDArray[Any]], bool]] = {
     ".obj": lambda name, values: (name == "colors" and is_color(values)) or (name == "uv" and _is_uv(values)),
