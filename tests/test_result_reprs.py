@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 import simplexmesh as sm
+from simplexmesh.cli.app import app
 
 BALL = sm.sphere(8)
 RING = sm.torus(24, 12)
+REBUILT = ("reconstruct", "--json", "--vertices", "100")
 
 
 @pytest.mark.parametrize(
@@ -51,6 +53,7 @@ def test_warnings_are_at_the_line_that_called(tmp_path):
         lambda: sm.dual((BALL.triangulated().vertices, np.vstack([BALL.triangulated().faces] * 2))),
         lambda: sm.reconstruct(two, vertices=200, iterations=10),
         lambda: sm.reconstruct(tmp_path / "ball.xyz", vertices=100, iterations=10),
+        lambda: app([*REBUILT, *map(str, (tmp_path / "ball.xyz", "-o", tmp_path / "ball.vtp"))], standalone_mode=False),
     ):
         with pytest.warns(sm.SimplexMeshWarning) as caught:
             call()

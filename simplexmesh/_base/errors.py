@@ -36,7 +36,7 @@ def counted(count: int, singular: str, plural: str) -> str:
 
 def warn(message: str) -> None:
     """Issue a SimplexMeshWarning that points at the line that called this library."""
-    package, level = (f"{__name__.partition('.')[0]}.", "functools.", "contextlib."), 1
+    package, level = (f"{__name__.partition('.')[0]}.", "functools.", "contextlib.", "typer.", "click."), 1
     frame = sys._getframe(1)
     while frame.f_back is not None and f"{frame.f_globals.get('__name__', '')}.".startswith(package):
         frame, level = frame.f_back, level + 1

@@ -14,9 +14,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
+from simplexmesh._base.errors import warn
+from simplexmesh._base.html import card
 from simplexmesh._base.units import InUnits
 
 Data = Mapping[str, NDArray[Any]]
+
+OF_MODELS = ("metric", "distance")
+"""Arrays that every reconstruction adds: what leaves them out loses nothing that was in the data."""
 
 
 def named_arrays(given: Any, n: int, row: str) -> Data:
@@ -48,8 +53,11 @@ def taken(data: Data, rows: NDArray[Any]) -> dict[str, NDArray[Any]]:
 
 
 def joined(parts: Sequence[Data]) -> dict[str, NDArray[Any]]:
-    """Return the arrays that all parts have, one after the other; they must agree in shape."""
+    """Return the arrays that all parts have, one after the other; they must agree in shape. A warning names others."""
     names = [name for name in parts[0] if all(name in part for part in parts)]
+    some = {name: None for part in parts for name in part if name not in (*names, *OF_MODELS)}
+    if some:
+        warn(f"arrays that not all parts have were left out: {', '.join(some)}")
     for name in names:
         if len(shapes := {part[name].shape[1:] for part in parts}) > 1:
             found = " and ".join(str(shape) for shape in sorted(shapes))
@@ -87,6 +95,15 @@ class Located(InUnits):
         """(2, 3) array of float: lowest and highest coordinates."""
         at = self.points if hasattr(self, "points") else self.vertices  # type: ignore[attr-defined]
         return checks.frozen(np.stack([at.min(axis=0), at.max(axis=0)]))
+
+    def _repr_html_(self) -> str:
+        """Return a small picture and a table, as notebooks show."""
+        return card(repr(self), self._facts(), self)
+
+    def _facts(self) -> dict[str, str]:
+        """Return the rows of a table of what matters."""
+        size = " x ".join(f"{side:.4g}" for side in np.ptp(self.bounds, axis=0))
+        return {"size": f"{size} {self.unit or ''}".strip(), **({"arrays": ", ".join(self.data)} if self.data else {})}
 
     @property
     def diagonal(self) -> float:

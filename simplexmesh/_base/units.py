@@ -36,8 +36,8 @@ def unit_or_none(name: str, value: Any) -> str | None:
 
 
 def common_unit(name: str, parts: Iterable[Any]) -> str | None:
-    """Return the unit of several data, None if it is unknown of any; they must not have several."""
-    units = {part.unit for part in parts}
+    """Return the unit of several data or targets, None if it is unknown of any; they must not have several."""
+    units: set[Any] = {getattr(part, "unit", None) for part in parts}
     if len(units - {None}) > 1:
         raise ValueError(f"{name} must have one unit, not {' and '.join(sorted(units - {None}))}: use in_unit")
     return None if None in units or not units else units.pop()

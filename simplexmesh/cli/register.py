@@ -8,9 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from simplexmesh._base.drafts import draft
 from simplexmesh.cli import report
-from simplexmesh.data.json_text import json_text
 
 EXAMPLE = "Example: simplexmesh register bun045.ply bun000.ply -o pose.json --picture before_after.png"
 
@@ -34,6 +32,7 @@ def command(
     picture = picture and report.writable(picture, "--picture", report.PICTURES, [source, target])
     with report.work("registering", wanted=not json) as (interrupts, reported):
         from simplexmesh.data.io.reading import read
+        from simplexmesh.data.poses import write_poses
         from simplexmesh.recognition.register.register import register
 
         began = time.perf_counter()
@@ -43,8 +42,8 @@ def command(
         seconds = time.perf_counter() - began
         interrupts.check()
         if output is not None:
-            with report.written_to(output, "the pose"), draft(output) as part:
-                part.write_text(json_text({source.name: found.T_target_source}) + "\n", encoding="utf-8")
+            with report.written_to(output, "the pose"):
+                write_poses(output, {source.name: found.T_target_source})
         report.draw(picture, lambda plot: plot.overlay(here, there, found.T_target_source, **surface))
     if found.ambiguous:
         report.note("the pose is ambiguous: the objects, or their common part, are symmetric")

@@ -61,6 +61,12 @@ def as_colors(values: NDArray[Any]) -> NDArray[Any]:
     return values.astype(np.uint8) if low >= 0 and high <= 255 and np.array_equal(values, np.rint(values)) else values
 
 
+def are_colors(values: NDArray[Any]) -> bool:
+    """Whether three columns (n, 3) beside points are colors, shares or bytes, rather than normals."""
+    unit = np.abs(np.linalg.norm(values.astype(np.float64), axis=1) - 1) < 0.01
+    return not unit.all() and bool((values >= 0).all()) and as_colors(values).dtype == np.uint8
+
+
 def _stacked(table: Data, names: tuple[str, ...]) -> NDArray[Any]:
     return np.stack([table[name] for name in names], axis=1)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from simplexmesh._base import checks
 from simplexmesh.data.foreign import converted
-from simplexmesh.data.points import PointCloud, cloud_of_vertices
+from simplexmesh.data.points import PointCloud, cloud_of_rows, cloud_of_vertices
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
 
@@ -86,17 +86,11 @@ def _from_array(value: Any, name: str) -> Volume | PointCloud:
         raise TypeError(f"{name} must be numbers, not {type(value).__name__} of {array.dtype}")
     if array.ndim == 3:
         return Volume(array)
-    if array.ndim == 2 and array.shape[1] == 3:
-        return PointCloud(array)
-    if array.ndim == 2 and array.shape[1] == 6:
-        if zero := int(np.count_nonzero(~array[:, 3:].any(axis=1))):
-            other = (
-                "points alone have shape (*, 3), colors and the like are data: PointCloud(points, data={'color': ...})"
-            )
-            raise ValueError(f"{name} of shape (*, 6) are points and normals, of which {zero} are zero: {other}")
-        return PointCloud(array[:, :3], array[:, 3:])
+    if array.ndim == 2 and array.shape[1] in (3, 6):
+        return cloud_of_rows(name, array)
     raise ValueError(
-        f"{name} must have shape (*, 3) for points, (*, 6) with normals or (nx, ny, nz) for a volume, not {array.shape}"
+        f"{name} must have shape (*, 3) for points, (*, 6) with normals or colors, or (nx, ny, nz) for a volume, "
+        f"not {array.shape}"
     )
 
 

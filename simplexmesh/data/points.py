@@ -14,6 +14,7 @@ from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.errors import counted, warn
 from simplexmesh._base.named_arrays import Data, Located, joined, named_arrays, taken
 from simplexmesh._base.units import common_unit, unit_or_none
+from simplexmesh.data.columns import are_colors, as_colors
 
 COARSE = 1e-4
 """Steps of coordinates, in the extent of the cloud, that are told: in a plant of ten meters a millimeter."""
@@ -163,6 +164,20 @@ def cloud_of_vertices(surface: Any) -> PointCloud:
     normals = surface.normals if hasattr(surface, "connectivity") else surface.vertex_normals
     known = normals.any(axis=1).all()
     return PointCloud(surface.vertices, normals if known else None, surface.data, surface.unit)
+
+
+def cloud_of_rows(name: str, rows: NDArray[Any]) -> PointCloud:
+    """Return the cloud of (n, 3) points or of (n, 6) points with normals, or with colors, which a warning tells."""
+    if rows.shape[1] == 3:
+        return PointCloud(rows)
+    points, beside = rows[:, :3], rows[:, 3:]
+    if are_colors(beside):
+        warn(f"{name} of shape (*, 6) are points and colors, as the last three columns are no unit vectors and not < 0")
+        return PointCloud(points, data={"colors": as_colors(beside)})
+    if zero := int(np.count_nonzero(~beside.any(axis=1))):
+        other = "points alone have shape (*, 3), other columns are data: PointCloud(points, data={'name': ...})"
+        raise ValueError(f"{name} of shape (*, 6) are points and normals, of which {zero} are zero: {other}")
+    return PointCloud(points, beside)
 
 
 def cloud_of_file(

@@ -1,15 +1,18 @@
-"""Read the poses of range scans: Stanford .conf, JSON and CSV."""
+"""Poses in files: those of range scans from Stanford .conf, JSON and CSV, those that were found as JSON."""
 
 from __future__ import annotations
 
 import json
 import os
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
+from simplexmesh._base.drafts import draft
+from simplexmesh.data.json_text import json_text
 
 _ROUNDING = 1e-3
 
@@ -66,6 +69,25 @@ def read_poses(path: str | os.PathLike[str]) -> dict[str, Array]:
     if not poses:
         raise OSError(f"{where.name} must hold poses (Stanford .conf, JSON or CSV), it holds none")
     return {name: rigid(f"{where.name}: pose of {name}", T) for name, T in poses.items()}
+
+
+def write_poses(path: str | os.PathLike[str], poses: Mapping[str, Array]) -> None:
+    """Write poses (4, 4) by name as JSON, which `read_poses` reads."""
+    where = checks.path("path", path)
+    if where.suffix.lower() != ".json":
+        raise ValueError(f"path must end with .json for poses, not {where.suffix or 'nothing'} ({where.name})")
+    with draft(where) as part:
+        part.write_text(json_text(poses) + "\n", encoding="utf-8")
+
+
+class Posed:
+    """What has the pose of a source on a target."""
+
+    T_target_source: Array
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the pose to a .json file, as that of "source", which `read_poses` reads."""
+        write_poses(path, {"source": self.T_target_source})
 
 
 def rigid(name: str, T: ArrayLike) -> Array:

@@ -16,10 +16,10 @@ def save(data: Any, path: str | os.PathLike[str]) -> None:
     ----------
     data : SimplexMesh, TriangleMesh, PointCloud, Volume, Reconstruction, SAI, array, or object of another library
         Whatever is saved by a method `save` of its own; of a result, its mesh; of a primitive, its triangles; of what
-        functions take as data, that.
+        functions take as data, that. Of registrations the poses, of curvatures the surface with their values.
     path : str or Path
         Meshes: .vtp, .ply, .obj, .off, .stl, and .glb or .3mf with the extra `export`. Points: .vtp, .ply, .xyz, and
-        .las, .laz or .e57 with the extra `survey`. Volumes: .mha, .nrrd, .nii, .nii.gz, .vti.
+        .las, .laz or .e57 with the extra `survey`. Volumes: .mha, .nrrd, .nii, .nii.gz, .vti. Poses: .json.
 
     Raises
     ------

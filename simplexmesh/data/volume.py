@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
+from simplexmesh._base.html import card
 from simplexmesh._base.units import InUnits, unit_or_none
 from simplexmesh.data.labels import MOST_LABELS, could_be_labels, few_whole_numbers, looks_like_labels, slabs
 from simplexmesh.data.poses import rigid
@@ -85,6 +86,13 @@ class Volume(InUnits):
         spacing = ", ".join(f"{s:g}" for s in self.spacing)
         low, high = self.range
         return f"Volume(shape={self.shape}, {self.values.dtype}, spacing=({spacing}), range=({low:g}, {high:g}))"
+
+    def _repr_html_(self) -> str:
+        """Return a table of what matters, as notebooks show."""
+        size = " x ".join(f"{side:.4g}" for side in np.ptp(self.bounds, axis=0))
+        facts = {"shape": " x ".join(map(str, self.shape)), "size": f"{size} {self.unit or ''}".strip()}
+        spacing, (low, high) = ", ".join(f"{step:g}" for step in self.spacing), self.range
+        return card("Volume", facts | {"spacing": spacing, "values": f"{self.values.dtype}, {low:g} to {high:g}"})
 
     @property
     def shape(self) -> tuple[int, int, int]:

@@ -78,14 +78,12 @@ class SimplexMesh(Located):
 
     def _facts(self) -> dict[str, str]:
         """Return the rows of a table of what matters."""
-        size = " x ".join(f"{side:.4g}" for side in np.ptp(self.bounds, axis=0))
         pieces = "" if self.n_components == 1 else f", {self.n_components} pieces"
         return {
             "faces": f"{self.n_faces:,}",
             "topology": f"genus {self.genus}, {self.n_holes} holes{pieces}",
-            "size": size,
             "area, volume": f"{self.area:.4g}, {self.volume:.4g}",
-            **({"arrays": ", ".join(self.data)} if self.data else {}),
+            **super()._facts(),
             **({"contours": ", ".join(self.connectivity.contour_darts)} if self.connectivity.contour_darts else {}),
         }
 

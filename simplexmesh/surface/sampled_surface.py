@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
@@ -17,7 +17,7 @@ from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import norm
 from simplexmesh.data.foreign import converted
-from simplexmesh.data.points import PointCloud
+from simplexmesh.data.points import PointCloud, cloud_of_rows
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.numerics import _kernels_balls as balls
 from simplexmesh.surface import _kernels_neighborhoods as kernels
@@ -218,15 +218,11 @@ def _converted(value: Any) -> Any:
         if points.ndim == faces.ndim == 2:
             return TriangleMesh(points, faces)
     if isinstance(value, list | tuple) or hasattr(value, "__array__"):
-        return _cloud(checks.any_array("surface", value))
+        rows = checks.any_array("surface", value)
+        if rows.ndim != 2 or rows.shape[1] not in (3, 6):
+            raise ValueError(f"surface must have shape (*, 3) for points or (*, 6) with normals, not {rows.shape}")
+        return cloud_of_rows("surface", rows)
     return value
-
-
-def _cloud(rows: NDArray[Any]) -> PointCloud:
-    """Return a cloud from (n, 3) points or (n, 6) points and normals."""
-    if rows.ndim != 2 or rows.shape[1] not in (3, 6):
-        raise ValueError(f"surface must have shape (*, 3) for points or (*, 6) with normals, not {rows.shape}")
-    return PointCloud(rows[:, :3], rows[:, 3:] if rows.shape[1] == 6 else None)
 
 
 def _links(mesh: Any) -> Neighborhoods:

@@ -46,6 +46,22 @@ def test_a_mesh_is_a_picture_and_a_table():
     assert len(html) < 150_000
 
 
+@pytest.mark.parametrize("kind", ["triangles", "points"])
+def test_data_is_a_picture_and_a_table(kind):
+    thing = BALL.triangulated() if kind == "triangles" else sm.PointCloud(BALL.vertices, BALL.normals)
+    thing = thing.in_unit("mm", "mm").with_data(heat=thing.bounds[1, 0] * np.ones(len(thing.to_pyvista().points)))
+    html = thing._repr_html_()
+    for text in (repr(thing), " x ".join(f"{side:.4g}" for side in np.ptp(thing.bounds, axis=0)) + " mm", "heat"):
+        assert text in html
+    assert_shows_a_body(html)
+
+
+def test_a_volume_is_a_table():
+    html = sm.Volume(np.arange(24.0).reshape(2, 3, 4), spacing=(1, 2, 3), unit="mm")._repr_html_()
+    for text in ("2 x 3 x 4", "1 x 4 x 9 mm", "1, 2, 3", "float64, 0 to 23"):
+        assert f"<td>{text}</td>" in html
+
+
 def test_a_reconstruction_tells_its_fit(model):
     html = model._repr_html_()
     assert f"rms {model.distance.mesh_to_data.rms:.4g}" in html

@@ -131,12 +131,12 @@ def test_wires_over_a_floor_are_no_curve():
 
 
 @pytest.mark.parametrize("find", [sm.extract_primitives, sm.extract_pipes, lambda at: sm.follow_pipe(at, (1, 0, 3))])
-def test_colors_beside_points_are_no_normals(find):
-    colored = np.column_stack([pipe(), np.random.default_rng(0).integers(0, 2, (2000, 3))])
+def test_other_columns_beside_points_are_no_normals(find):
+    beside = np.column_stack([pipe(), np.random.default_rng(0).integers(-1, 2, (2000, 3))])
     with pytest.raises(
         ValueError, match=r"^cloud of shape \(\*, 6\) are points and normals, of which \d+ are zero: .* data"
     ):
-        find(colored)
+        find(beside)
 
 
 def test_a_list_of_points_has_a_label_for_each(tmp_path):

@@ -10,6 +10,7 @@ import simplexmesh as sm
 from simplexmesh._base.errors import SimplexMeshWarning
 from simplexmesh.data.conversion import as_data, as_points, as_triangles, as_volume
 from simplexmesh.motion.reconstruct.conversion import are_scans
+from simplexmesh.surface.sampled_surface import _converted
 
 POINTS = np.random.default_rng(0).normal(size=(30, 3))
 
@@ -26,6 +27,26 @@ def test_arrays():
     assert as_data(np.hstack([POINTS, POINTS])).normals is not None
     assert as_data(np.zeros((4, 5, 6))).shape == (4, 5, 6)
     assert as_triangles((POINTS, [[0, 1, 2]])).n_faces == 1
+
+
+@pytest.mark.parametrize("kind", [np.uint8, np.int64, np.float64, "shares"])
+@pytest.mark.parametrize("take", [as_data, as_points, lambda rows: _converted(rows)], ids=["data", "points", "surface"])
+def test_colors_beside_points_are_colors_and_told(take, kind):
+    colors = np.random.default_rng(1).integers(0, 256, (30, 3)).astype(np.uint8)
+    colors[0] = 0
+    beside = colors / 255 if kind == "shares" else colors.astype(kind)
+    with pytest.warns(SimplexMeshWarning, match=r"^\w+ of shape \(\*, 6\) are points and colors"):
+        cloud = take(np.hstack([POINTS, beside]))
+    assert cloud.normals is None
+    assert cloud.data["colors"].dtype == np.uint8
+    assert_array_equal(cloud.data["colors"], colors)
+
+
+@pytest.mark.parametrize("beside", [np.eye(3)[np.arange(30) % 3], 0.1 * POINTS, 300 * np.abs(POINTS)])
+def test_normals_beside_points_are_normals(beside):
+    cloud = as_data(np.hstack([POINTS, beside]))
+    assert not cloud.data
+    assert_array_equal(cloud.normals, sm.PointCloud(POINTS, beside).normals)
 
 
 def test_pyvista():

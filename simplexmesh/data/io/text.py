@@ -13,7 +13,7 @@ import numpy as np
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import warn
 from simplexmesh._base.units import known_unit
-from simplexmesh.data.columns import NORMALS, data_of
+from simplexmesh.data.columns import NORMALS, are_colors, as_colors, data_of
 from simplexmesh.data.points import PointCloud, cloud_of_file
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ _OF_PARAVIEW = {f"points{mark}{i}": name for mark in ":_" for i, name in enumera
 
 
 def read_text(path: Path) -> PointCloud:
-    """Read points, one a line; a header names the columns, without one 4 to 6 are normals if all have unit length."""
+    """Read points, one a line; a header names the columns, without one 4 to 6 are unit normals or colors."""
     header, table = _table(path.name, path.read_bytes().removeprefix(_MARK))
     if table.shape[1] < 3:
         raise OSError(f"{path.name} must have 3 columns or more, not {table.shape[1]}")
@@ -38,6 +38,8 @@ def read_text(path: Path) -> PointCloud:
         warn(f"{path.name} names no columns x, y and z: the first three were read")
     columns = [place[name] for name in "xyz"] if known else [0, 1, 2]
     data = data_of({name: table[:, column] for name, column in place.items()}) if known else {}
+    if not place and table.shape[1] == 6 and are_colors(table[:, 3:]):
+        data = {"colors": as_colors(table[:, 3:])}
     unit = _UNIT_OF_X.search(header)
     return cloud_of_file(
         path.name, table[:, columns], _normals(table, place), data, known_unit(unit[1]) if unit else None

@@ -12,14 +12,11 @@ from numpy.typing import NDArray
 from simplexmesh._base import checks
 from simplexmesh._base.drafts import draft
 from simplexmesh._base.errors import warn
-from simplexmesh._base.named_arrays import Data, is_color
+from simplexmesh._base.named_arrays import OF_MODELS, Data, is_color
 from simplexmesh.data import exporting
 from simplexmesh.data.io import obj, off, ply, polydata, stl, text
 from simplexmesh.data.io.polydata import to_pyvista as to_pyvista
 from simplexmesh.data.io.survey import e57, las
-
-OF_MODELS = ("metric", "distance")
-"""Arrays that every reconstruction adds: files that leave them out lose nothing that was in the data."""
 
 VOLUMES = (".mha", ".nrrd", ".nii", ".nii.gz", ".vti")
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import DivergedError
+from simplexmesh._base.units import common_unit
 from simplexmesh._base.vectors import norm
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.model import _kernels_step
@@ -94,7 +95,8 @@ class DeformableModel:
     Raises
     ------
     ValueError, TypeError
-        For an argument of the wrong shape, type or range, and a mesh so large or small that areas over- or underflow.
+        For an argument of the wrong shape, type or range, two units, and a mesh so large or small that areas over- or
+        underflow.
 
     Examples
     --------
@@ -132,6 +134,7 @@ class DeformableModel:
         checks.size("mesh", mesh.bounds)
         if target is not None:
             check_target(target)
+            common_unit("mesh and target", (mesh, target))
         n = mesh.n_vertices
         self.target = target
         self.forces = as_forces(forces)
@@ -199,7 +202,8 @@ class DeformableModel:
         tolerance : float
             Stop once no vertex moves farther than this in an iteration, in the mesh's unit; 0 never stops early.
         warnings : bool
-            Whether to warn at the end of a mesh that is folded, or of which a quarter or more has no data within reach.
+            Whether to warn at the end of a mesh that is folded, or of which a quarter, or a part far from the rest, has
+            no data within reach.
 
         Returns
         -------
@@ -232,7 +236,7 @@ class DeformableModel:
             if at_rest:
                 break
         if warnings and iterations and self.target is not None:
-            warn_of_end(self._release.mask, gaps, self.reach)
+            warn_of_end(self.mesh, gaps, self._release.mask, self.reach)
 
     def step(self) -> Array:
         """Do one iteration and return the gaps (n,) that it used, NaN where no data was within reach.

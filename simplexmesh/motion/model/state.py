@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices32, Mask
 from simplexmesh._base.errors import counted, warn
@@ -29,8 +30,9 @@ MARGIN = 0.05
 RINGS = 12
 """Edges from a fold within which vertices without data are released; less leaves films around bodies."""
 
-MOST_UNSEEN = 0.25
-"""Fraction of the vertices without data within reach above which the end of a motion is warned of."""
+MOST_UNSEEN, FAR = 0.25, 0.03
+"""Of the vertices, and of the diagonal: how many vertices without data within reach, and how far any of them from what
+the others see, if by two edges too, are warned of at the end of a motion: a film over a hole, a bridge."""
 
 
 @dataclass(frozen=True)
@@ -152,11 +154,16 @@ class Confines:
         return int(out.any(axis=1).argmax()) if out.any() else -1
 
 
-def warn_of_end(released: Mask, gaps: Array, reach: float) -> None:
-    """Warn at the end of a motion of vertices that are folded, or were left without data by folds, or never had any."""
-    unseen = float(np.isnan(gaps).mean())
+def warn_of_end(mesh: SimplexMesh, gaps: Array, released: Mask, reach: float) -> None:
+    """Warn at the end of a motion of vertices that are folded, or left without data by folds, or far from all data."""
+    unseen = np.isnan(gaps)
     if released.any():
         count = counted(int(released.sum()), "vertex is", "vertices are")
         warn(f"{count} folded, or off the data beside folds; a start nearer to the data, or more vertices, may help")
-    elif unseen > MOST_UNSEEN:
-        warn(f"{unseen:.0%} of the vertices have no data within reach ({reach:.3g}) along their normals")
+    elif unseen.any():
+        seen = mesh.vertices[~unseen] + gaps[~unseen, None] * mesh.normals[~unseen]
+        away = float(cKDTree(seen).query(mesh.vertices[unseen])[0].max()) if len(seen) else float("inf")
+        if unseen.mean() > MOST_UNSEEN or away > max(FAR * mesh.diagonal, 2.0 * mean_edge(mesh)):
+            said = f", and are up to {away:.3g} from what the others reach" if len(seen) else ""
+            share = f"{100 * unseen.mean():.3g}%"
+            warn(f"{share} of the vertices have no data within reach ({reach:.3g}) along their normals{said}")

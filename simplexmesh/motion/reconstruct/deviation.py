@@ -11,7 +11,8 @@ import numpy as np
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import warn
-from simplexmesh.data.conversion import as_data, as_triangles
+from simplexmesh._base.units import common_unit
+from simplexmesh.data.conversion import as_given, as_triangles
 from simplexmesh.data.foreign import converted
 from simplexmesh.data.points import PointCloud
 from simplexmesh.motion.reconstruct.result import Summary
@@ -97,7 +98,7 @@ def deviation(source: Any, target: Any, *, reach: float | None = None, beyond_bo
     Raises
     ------
     ValueError, TypeError
-        For anything but a surface, or a reach that is not positive.
+        For anything but a surface, two units, or a reach that is not positive.
 
     Notes
     -----
@@ -114,8 +115,9 @@ def deviation(source: Any, target: Any, *, reach: float | None = None, beyond_bo
     >>> round(found.max, 2), bool(found.distances[planned.vertices[:, 2].argmax()] > 0.09)
     (0.1, True)
     """
-    points = _points(source)
+    points, measured = _points(source)
     mesh = as_triangles(target, "target").welded(report=False)
+    common_unit("source and target", (measured, mesh))
     checks.size("target", mesh.bounds)
     if mesh.is_closed and mesh.volume < 0:
         warn("the target has inward normals, so distances inside it are positive; target.oriented() flips them")
@@ -130,17 +132,14 @@ def deviation(source: Any, target: Any, *, reach: float | None = None, beyond_bo
     return Deviation(checks.frozen(distances))
 
 
-def _points(source: Any) -> Array:
-    """Return the (n, 3) vertices or points of a surface, in order."""
+def _points(source: Any) -> tuple[Array, Any]:
+    """Return the (n, 3) vertices or points of a surface, in order, and the surface."""
     if isinstance(source, np.ndarray):
-        points: Array = checks.array("source", source, (None, 3))
-        return points
-    if isinstance(source, PointCloud):
-        return source.points
+        return checks.array("source", source, (None, 3)), source
     found = converted(source, "source")
-    data = as_data(source, "source") if found is None else found
+    data = as_given(source, "source") if found is None else found
     if isinstance(data, PointCloud):
-        return data.points
+        return data.points, data
     if not hasattr(data, "vertices"):
         raise TypeError(f"source must be a mesh or points, not {checks.type_name(data)}")
-    return np.asarray(data.vertices)
+    return np.asarray(data.vertices), data

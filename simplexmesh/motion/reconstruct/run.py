@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 from simplexmesh._base.arrays import Array, Mask
 from simplexmesh._base.errors import TopologyError, warn
 from simplexmesh._base.progress import Progress
+from simplexmesh._base.units import common_unit
 from simplexmesh.mesh.operators.regularize import regularize
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.mesh.triangulation import fan
@@ -170,6 +171,7 @@ def started(data: Input, options: Options, report: Progress) -> Run:
     init, target, found = options.init, None, None
     wraps = init in ENCLOSING and not isinstance(options.handles, list) and options.handles != "none"
     if isinstance(init, SimplexMesh):
+        common_unit("data and init", (data.source, init))
         mesh = init
     elif init == "auto":
         found, target = data.start(options.vertices, options.tunnels)

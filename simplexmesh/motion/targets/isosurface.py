@@ -50,6 +50,7 @@ class Isosurface(BuiltInTarget):
 
     def __init__(self, volume: Any, level: float, *, inside: str = "above") -> None:
         self.volume = as_volume(volume)
+        self.unit = self.volume.unit
         self.level = checks.number("level", level)
         self.inside = checks.choice("inside", inside, ("above", "below"))
         low, high = self.volume.range

@@ -49,7 +49,7 @@ class LabelSurface(SurfelTarget):
 
     def __init__(self, volume: Any, label: int | None = None) -> None:
         self.volume = as_volume(volume)
-        self.label = label
+        self.unit, self.label = self.volume.unit, label
         places, spread, normals = _crossings(self.volume, label)
         center = places.mean(axis=0)
         self._initialize(fitted_surfels(places - center, normals, spread), center)

@@ -119,7 +119,7 @@ class Points(SurfelTarget):
             cloud = PointCloud(cloud)  # duplicates do no harm here and need not be merged
         self.cloud = cloud if isinstance(cloud, PointCloud) else as_points(cloud, "cloud")
         checks.size("cloud", np.stack([self.cloud.points.min(axis=0), self.cloud.points.max(axis=0)]))
-        center = self.cloud.points.mean(axis=0)
+        self.unit, center = self.cloud.unit, self.cloud.points.mean(axis=0)
         self._initialize(fitted_surfels(self.cloud.points - center, self.cloud.normals), center)
 
     @cached_property

@@ -55,6 +55,7 @@ class Triangles(BuiltInTarget):
         mesh = as_triangles(triangles)
         checks.size("triangles", mesh.bounds)
         self.bounds: Array = mesh.bounds
+        self.unit = mesh.unit
         self.oriented = checks.flag("oriented", oriented)
         self.vertices = np.ascontiguousarray(mesh.vertices, dtype=np.float64)
         self.faces = np.ascontiguousarray(mesh.faces, dtype=np.int64)

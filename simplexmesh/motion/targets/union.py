@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from simplexmesh._base.arrays import Array
+from simplexmesh._base.units import common_unit
 from simplexmesh.motion.targets.protocol import BuiltInTarget, check_target, checked_arguments, target_gaps
 
 
@@ -38,6 +39,7 @@ class Union(BuiltInTarget):
             raise ValueError("targets must be at least one, not none")
         for k, target in enumerate(self.targets):
             check_target(target, f"targets[{k}]")
+        self.unit = common_unit("targets", self.targets)
 
     @property
     def bounds(self) -> Array | None:

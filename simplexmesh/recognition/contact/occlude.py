@@ -11,8 +11,10 @@ from numpy.typing import ArrayLike
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.errors import warn
+from simplexmesh._base.units import common_unit
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.data.conversion import as_triangles
+from simplexmesh.data.poses import Posed
 from simplexmesh.numerics.rigid import plane_jacobian, rigid_fit, rotation_angle, small_motion
 from simplexmesh.recognition.contact.constrained_least_squares import constrained_least_squares
 from simplexmesh.recognition.contact.contact_limits import ContactLimits, pair_limits
@@ -36,7 +38,7 @@ LIMIT_TOLERANCE = 1e-3
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Occlusion:
+class Occlusion(Posed):
     """The pose of a part in contact with another; made by `occlude`.
 
     Attributes
@@ -123,8 +125,8 @@ def occlude(
     Raises
     ------
     ValueError, TypeError, OSError
-        Not surfaces; numbers that are not positive; pairs of different lengths; a slack without pairs, or one that no
-        motion can meet; no vertex within reach.
+        Not surfaces; two units; numbers that are not positive; pairs of different lengths; a slack without pairs, or
+        one that no motion can meet; no vertex within reach.
 
     Warns
     -----
@@ -159,6 +161,7 @@ def occlude(
     meshes = {"source": as_triangles(source, "source"), "target": as_triangles(target, "target")}
     for name, mesh in meshes.items():
         checks.size(name, mesh.bounds)
+    common_unit("source and target", meshes.values())
     part, opposite = Part(meshes["source"]), Part(meshes["target"])
     tolerance = _length("tolerance", tolerance, TOLERANCE, part.diagonal)
     reach = max(_length("reach", reach, REACH, part.diagonal), tolerance)

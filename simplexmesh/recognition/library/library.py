@@ -15,6 +15,7 @@ from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import warn
 from simplexmesh._base.progress import Progress, reporting
+from simplexmesh._base.units import common_unit
 from simplexmesh.data.points import PointCloud
 from simplexmesh.motion.reconstruct.outer_side import are_inward
 from simplexmesh.recognition.library.global_descriptor import global_descriptor
@@ -159,7 +160,7 @@ class ModelLibrary:
         Raises
         ------
         ValueError, TypeError, OSError
-            A name that exists; data that is missing, fewer than 50 points; a file that is not a library.
+            A name that exists; data that is missing, fewer than 50 points, two units; a file that is not a library.
         """
         name = _checked_name(name)
         checks.choice("inside", inside, ("above", "below"))
@@ -171,6 +172,10 @@ class ModelLibrary:
         if surface.given and are_inward(surface.points, surface.normals, surface.points.mean(axis=0)):
             warn("the normals of the data point inwards and were flipped")
             surface = surface.flipped()
+        if self._store.exists():
+            index = self._read()
+            kept = [index.models[identity] for identity, known in index.names.items() if known != name]
+            common_unit("data and the models", (surface, *kept))
         if not self._store.put(name, model_of(without_outliers(surface)).packed(), replace=replace):
             raise ValueError(_name_taken(name))
 
@@ -197,7 +202,7 @@ class ModelLibrary:
         for identity, known in index.names.items():
             if known == name:
                 surface = index.models[identity].surface()
-                return PointCloud(surface.points, surface.normals)
+                return PointCloud(surface.points, surface.normals, unit=index.models[identity].unit)
         raise ValueError(f"name must be that of a model in {self.path}, not {name!r}")
 
     def recognize(
@@ -234,7 +239,8 @@ class ModelLibrary:
         Raises
         ------
         ValueError, TypeError, OSError
-            A scan of fewer than 50 points, or collinear; a library that is empty, missing, or of another format.
+            A scan of fewer than 50 points, or collinear, or in another unit than the models; a library that is empty,
+            missing, or of another format.
         """
         best = checks.integer("best", best, 1)
         checks.choice("inside", inside, ("above", "below"))
@@ -247,6 +253,7 @@ class ModelLibrary:
             surface = oriented_points(
                 data, "data", level=level, label=label, inside=inside, poses=poses, maximum=MOST_POINTS, fine=False
             )
+            common_unit("data and the models", (surface, *index.models.values()))
             surface = without_outliers(surface)
             found = _recognized(surface, index, best, minimum_score, report)
             if not found and surface.given:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._base.arrays import Array
+from simplexmesh._base.units import known_unit
 from simplexmesh.recognition.library.global_descriptor import DESCRIPTOR_SIZE, global_descriptor
 from simplexmesh.recognition.library.spin_images import PIXELS, SpinImages, model_octaves, spin_images_of
 from simplexmesh.recognition.register.oriented_points import OrientedPoints
@@ -37,6 +38,7 @@ class Model:
     noise: float
     spin_images: SpinImages
     descriptor: NDArray[np.float32]  # (DESCRIPTOR_SIZE,)
+    unit: str | None = None  # of length, if it is known
 
     def surface(self, origin: Array | float = 0.0, unit: float = 1.0) -> OrientedPoints:
         """Return the surface, with points on local planes, about an origin (3,) and scaled by 1 / `unit`."""
@@ -51,14 +53,15 @@ class Model:
         return *principal_axes(surface.points), surface.extent
 
     def packed(self) -> bytes:
-        """Return the model as bytes."""
+        """Return the model as bytes, the last of which name its unit."""
         images = self.spin_images
         head = HEADER.pack(
             *(len(self.quantized_points), len(images.chosen), len(images.pixels), images.first_octave),
             *(self.spacing, self.noise, self.side, *self.low),
         )
         arrays = self.quantized_points, self.quantized_normals, images.chosen, images.pixels, self.descriptor
-        return head + b"".join(np.asarray(array, kind).tobytes() for array, kind in zip(arrays, DTYPES, strict=True))
+        parts = [np.asarray(array, kind).tobytes() for array, kind in zip(arrays, DTYPES, strict=True)]
+        return head + b"".join(parts) + (self.unit or "").encode()
 
     @staticmethod
     def unpacked(data: bytes) -> Model:
@@ -75,10 +78,19 @@ class Model:
             offset += parts[-1].nbytes
         quantized_points, quantized_normals, chosen, images, descriptor = parts
         numbers = (spacing, noise, side, *low, *descriptor.tolist())
-        if offset != len(data) or not 0 < k <= n or chosen.max() >= n or not side > 0 or not np.isfinite(numbers).all():
+        unit = data[offset:].decode(errors="replace") or None
+        if (
+            unit != known_unit(unit)
+            or not 0 < k <= n
+            or chosen.max() >= n
+            or not side > 0
+            or not np.isfinite(numbers).all()
+        ):
             raise ValueError("a model holds invalid values")
         spin_images = SpinImages(chosen.astype(np.int64), first, images)
-        return Model(quantized_points, quantized_normals, np.array(low), side, spacing, noise, spin_images, descriptor)
+        return Model(
+            quantized_points, quantized_normals, np.array(low), side, spacing, noise, spin_images, descriptor, unit
+        )
 
 
 def model_of(surface: OrientedPoints) -> Model:
@@ -92,4 +104,5 @@ def model_of(surface: OrientedPoints) -> Model:
         *(low, side, smooth.spacing, smooth.noise),
         spin_images_of(smooth, model_octaves(smooth), MODEL_IMAGES, np.random.default_rng(0)),
         global_descriptor(smooth).astype(np.float32),
+        surface.unit,
     )

@@ -12,7 +12,9 @@ from scipy.spatial import cKDTree
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import warn
+from simplexmesh._base.units import common_unit
 from simplexmesh._base.vectors import norm
+from simplexmesh.data.poses import Posed
 from simplexmesh.numerics.rigid import point_pairs, relative_extents, rigid_fit
 from simplexmesh.recognition.register.icp import find_correspondences, refined, uncertainty
 from simplexmesh.recognition.register.oriented_points import oriented_pair
@@ -23,7 +25,7 @@ finds farther, and mistakes what does not belong together."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Alignment:
+class Alignment(Posed):
     """The pose of a source on a target; made by `align`.
 
     Attributes
@@ -95,7 +97,7 @@ def align(
     Raises
     ------
     ValueError, TypeError, OSError
-        Fewer than three pairs, collinear pairs, data that is missing, fewer than 50 points.
+        Fewer than three pairs, collinear pairs, data that is missing, fewer than 50 points, two units.
 
     Warns
     -----
@@ -121,6 +123,7 @@ def align(
     residuals = norm(source_points @ start[:3, :3].T + start[:3, 3] - target_points)
     pairs_error = float(np.sqrt((residuals**2).mean()))
     moving, fixed = oriented_pair(source, target, level, label, inside)
+    common_unit("source and target", (moving, fixed))
     reach, T = REACH * max(moving.spacing, fixed.spacing), start
     if refine:
         fine_moving, fine_fixed = moving.on_quadrics(), fixed.on_quadrics()

@@ -14,6 +14,7 @@ from simplexmesh._base.errors import warn
 from simplexmesh._base.html import card
 from simplexmesh._base.progress import Progress, reporting
 from simplexmesh.data.points import PointCloud
+from simplexmesh.data.poses import Posed
 from simplexmesh.numerics.rigid import rotation_angle
 from simplexmesh.recognition.register import pose_scoring
 from simplexmesh.recognition.register._kernels_pose_scoring import TargetGrid
@@ -78,7 +79,7 @@ class Pose:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Registration:
+class Registration(Posed):
     """The pose of the source on the target; made by `register`.
 
     Attributes

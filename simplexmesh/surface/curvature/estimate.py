@@ -136,7 +136,7 @@ def _finite_or_failed(found: Estimates) -> Estimates:
 
 def _shown(surface: Any, samples: SampledSurface) -> Any:
     """Return what was measured as something that can be drawn."""
-    if isinstance(surface, SimplexMesh):
+    if isinstance(surface, SimplexMesh | TriangleMesh | PointCloud):
         return surface
     if samples.faces is not None:
         return TriangleMesh(samples.points, samples.faces)

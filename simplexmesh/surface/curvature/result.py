@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -59,7 +60,7 @@ class Curvature:
     error: Array | None
     method: str
     scale: Array | None = None
-    _surface: Any = field(default=None, repr=False)  # what a notebook shows them on
+    _surface: Any = field(default=None, repr=False)  # what they are of, if all of it
 
     def __repr__(self) -> str:
         n, failed = len(self.k1), int(self.failed.sum())
@@ -77,6 +78,19 @@ class Curvature:
         }
         shown = () if self._surface is None or not found.any() else (self._surface,)
         return f"<p>{self!r}</p>" + pictured("mean curvature", grid(columns, rows), *shown, values=self.mean)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the surface with these values as arrays to a file in the format its name says, best .vtp.
+
+        Raises
+        ------
+        ValueError
+            Curvatures of chosen points only, which are no surface.
+        """
+        if self._surface is None:
+            raise ValueError("curvature must be that of a whole surface to be saved, not of the points chosen by `at`")
+        names = ("k1", "k2", "mean", "gauss", "d1", "error", "scale", "failed")
+        self._surface.with_data(**{name: getattr(self, name) for name in names}).save(path)
 
     @cached_property
     def d2(self) -> Array | None:

@@ -309,6 +309,32 @@ def test_what_trimesh_writes_needs_faces_and_trimesh(ending, tmp_path, monkeypat
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize(
+    "surface", [MESH, MESH.triangulated(), CLOUD, MESH.vertices], ids=lambda each: type(each).__name__
+)
+def test_curvatures_are_saved_on_their_surface(surface, tmp_path):
+    found = sm.curvature(surface)
+    sm.save(found, tmp_path / "curvature.vtp")
+    read = sm.read(tmp_path / "curvature.vtp")
+    for name in ("k1", "k2", "mean", "gauss", "d1", "error", "scale", "failed"):
+        assert_array_equal(read.data[name], getattr(found, name))
+    assert read.unit == getattr(surface, "unit", None)
+    with pytest.raises(ValueError, match="curvature must be that of a whole surface to be saved"):
+        sm.save(sm.curvature(surface, at=[0, 1]), tmp_path / "a.vtp")
+
+
+def test_poses_are_saved_as_they_are_read(tmp_path):
+    egg = sm.ellipsoid((3, 2, 1), 12)
+    egg = egg.moved(egg.vertices + 0.1 * egg.vertices**2)
+    moved = egg.moved(egg.vertices + np.array([0.2, 0, 0]))
+    found = sm.register(egg, moved), sm.align(egg, moved, (egg.vertices[:9], moved.vertices[:9]))
+    for k, result in enumerate(found):
+        sm.save(result, tmp_path / f"{k}.json")
+        assert_array_equal(sm.read_poses(tmp_path / f"{k}.json")["source"], result.T_target_source)
+        with pytest.raises(ValueError, match=r"path must end with .json for poses, not .vtp \(a.vtp\)"):
+            result.save(tmp_path / "a.vtp")
+
+
 def test_anything_is_saved(tmp_path):
     for name, thing in {
         "mesh.vtp": MESH,

@@ -56,6 +56,15 @@ def test_columns_are_found_by_their_names(text, encoding, tmp_path):
         assert_array_equal(sm.read(tmp_path / "a.csv").points, POINTS)
 
 
+def test_six_columns_without_names_are_points_and_unit_normals_or_colors(tmp_path):
+    colors = np.array([[0, 0, 0], [255, 3, 0], [1, 2, 3], [4, 5, 6], [7, 8, 9]])
+    for beside in (colors, np.eye(3)[[0, 1, 2, 0, 1]]):
+        (tmp_path / "a.xyz").write_text(rows(POINTS, beside, separator=" "))
+        cloud = sm.read(tmp_path / "a.xyz")
+        assert (cloud.normals is None) == (beside is colors)
+        assert_array_equal(cloud.data["colors"] if beside is colors else cloud.normals, beside)
+
+
 def test_columns_without_known_names_are_reported(tmp_path):
     (tmp_path / "a.csv").write_text("easting,northing,height\n" + rows(POINTS))
     with pytest.warns(SimplexMeshWarning, match=r"a.csv names no columns x, y and z: the first three were read"):

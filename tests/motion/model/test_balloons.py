@@ -119,6 +119,25 @@ def test_a_model_without_data_in_reach_stays_and_says_so():
     assert last.released == 0.0
 
 
+@pytest.mark.parametrize(("end", "told"), [(0.8, True), (0.999, False)])
+def test_a_film_over_a_hole_of_the_data_is_told_with_its_distance_from_what_the_others_reach(end, told):
+    class Below(Everywhere):
+        def gap(self, vertices, normals, reach):
+            return np.where(vertices[:, 2] < end, 0.0, np.nan)
+
+    model = sm.DeformableModel(sm.sphere(14), Below(0.0), alpha=0.0)
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        list(model.run(2))
+    z = model.mesh.vertices[:, 2]
+    apex = model.mesh.vertices[z.argmax()]
+    away = np.linalg.norm(model.mesh.vertices[z < end] - apex, axis=1).min()
+    assert [str(each.message) for each in said] == [
+        f"{100 * (z >= end).mean():.3g}% of the vertices have no data within reach ({model.reach:.3g}) along their "
+        f"normals, and are up to {away:.3g} from what the others reach"
+    ] * told
+
+
 def test_a_vertex_that_leaves_start_and_data_ends_the_run_unless_a_force_moves_it():
     class Bounded(Everywhere):
         bounds = np.array([[-1.0] * 3, [1.0] * 3])

@@ -14,6 +14,10 @@ from typing import BinaryIO
 from simplexmesh.data.io.integrity.headers import check_beside, metaimage_header, nrrd_header
 
 _META_BYTES = {"CHAR": 1, "SHORT": 2, "INT": 4, "LONG": 4, "LONG_LONG": 8, "FLOAT": 4, "DOUBLE": 8}
+_NRRD_BYTES = (("char", 1), ("short", 2), ("long", 8), ("double", 8), ("int", 4), ("float", 4))
+_MOST_UNPACKED = {"raw": 1, "gzip": 1040, "gz": 1040, "txt": 4, "text": 4, "ascii": 4, "hex": 1}
+"""Bytes of samples, of eight at most, that one byte of a file can hold, by encoding."""
+
 _PIECE = 1 << 16  # bytes read at once; unpacked they may be a thousand times as many
 MEGABYTE = 1 << 20
 LONGEST_AXIS = 1e6  # of a rotation: one
@@ -113,25 +117,31 @@ def _unpacked_size(path: Path, start: int, stored: int, enough: int) -> int:
 
 
 def check_nrrd(path: Path) -> None:
-    """Check that samples compressed by gzip are undamaged."""
+    """Check that all samples are present, as far as their encoding tells, and undamaged if compressed by gzip."""
     fields, listed, start = nrrd_header(path)
     name = fields.get("datafile")
     for each in listed if name is None or name.startswith("LIST") else [_pattern(name)]:
         drive = each.strip()[1:2] == ":"  # taken for one by ITK, which then looks in the current folder
         check_beside(path, str(Path(each.strip()).absolute()) if drive else each)
-    if fields.get("encoding", "").lower() not in ("gzip", "gz") or {"lineskip", "byteskip"} & fields.keys():
-        return
     raw = path if name is None else path.parent / name
     if not raw.is_file() or (name is None and not start):  # several files, or none: left to ITK
         return
-    if _unpacked_size(raw, 0 if name else start, raw.stat().st_size, _nrrd_size(fields)) < 0:
-        raise OSError(f"{path.name} has damaged compressed samples")
+    start, wanted, encoding = 0 if name else start, _nrrd_size(fields), fields.get("encoding", "").lower()
+    have = _MOST_UNPACKED.get(encoding, math.inf) * (raw.stat().st_size - start)
+    if have >= wanted and encoding in ("gzip", "gz") and not {"lineskip", "byteskip"} & fields.keys():
+        have = _unpacked_size(raw, start, raw.stat().st_size, wanted)
+        if have < 0:
+            raise OSError(f"{path.name} has damaged compressed samples")
+    if have < wanted:
+        raise OSError(f"{path.name} must have {wanted:,} bytes of samples, it has {have:,} at most: truncated")
 
 
 def _nrrd_size(fields: dict[str, str]) -> int:
-    """Return the largest number of bytes that samples of that many can have."""
-    words = fields.get("sizes", "").split()
-    return 8 * math.prod(int(word) for word in words) if all(word.isdigit() for word in words) else 0
+    """Return the number of bytes of the samples of an NRRD file, 0 if its header does not tell."""
+    words, kind = fields.get("sizes", "").split(), fields.get("type", "").lower()
+    bits = re.search(r"\d+", kind)
+    size = int(bits[0]) // 8 if bits else next((n for word, n in _NRRD_BYTES if word in kind), 0)
+    return size * math.prod(int(word) for word in words) if all(word.isdigit() for word in words) else 0
 
 
 def check_nifti(path: Path) -> None:
@@ -164,6 +174,9 @@ def _check_pair(path: Path, wanted: int) -> None:
     check_beside(path, raw.name)
     if raw.suffix != ".gz":
         _check_length(path, raw, wanted)
+    elif (have := _unpacked_size(raw, 0, raw.stat().st_size, wanted)) < wanted:
+        found = "is truncated or damaged" if have < 0 else f"must have {wanted:,} bytes, it has {have:,}: truncated"
+        raise OSError(f"{raw.name} {found}")
 
 
 def is_nifti_pair(head: bytes) -> bool:

@@ -21,6 +21,8 @@ _TYPES |= {"Float32": "<f4", "Float64": "<f8", "String": "<i1"}
 _CELLS = ("Verts", "Lines", "Strips", "Polys")
 _APPENDED = re.compile(rb'<AppendedData\s+encoding="raw"\s*>\s*_')
 _NUMBER = re.compile(r"[\d\s.eE+-]*")
+_COUNT = re.compile(rb"\b(NumberOf[A-Z][a-z]+)\s*=\s*[\"']\s*([-+\d][-+\d.eE]*)")
+_PACKING = 1040  # to how many bytes zlib unpacks one
 _LARGEST = 1 << 40  # values of one array
 _RANGES = ("L2_NORM_RANGE", "L2_NORM_FINITE_RANGE")
 
@@ -35,9 +37,17 @@ def _require(plain: bool) -> None:  # noqa: FBT001
 
 
 def is_plain(path: Path) -> bool:
-    """Whether a file holds one piece of polygons, points or an image, with all the arrays that it says."""
+    """Whether a file holds one piece of polygons, points or an image, with all the arrays that it says.
+
+    Counts below zero or beyond what so many bytes can unpack to are refused: VTK would allocate that, or read on.
+    """
+    content = path.read_bytes()
+    found = _APPENDED.search(content)
+    for name, number in _COUNT.findall(content, 0, found.start() if found else len(content)):
+        if not number.removeprefix(b"+").isdigit() or len(number) > 18 or int(number) > _PACKING * len(content):
+            raise OSError(f"{path.name} is damaged: {name.decode()} is {number.decode()[:40]}")
     try:
-        _Piece(path.read_bytes()).check()
+        _Piece(content).check()
     except ElementTree.ParseError as error:
         raise OSError(f"{path.name} is not well-formed XML: {error}") from None
     except (_NotPlainError, ValueError, KeyError, IndexError, OverflowError, zlib.error):
@@ -152,7 +162,9 @@ class _Piece:
         sizes = np.frombuffer(data, self.word, blocks, 3 * width).tolist()
         whole = blocks * each if not last else max(blocks - 1, 0) * each + last
         at = (3 + blocks) * width
-        _require(size in (None, whole) and last <= each and sum(sizes) <= len(data) - at and whole <= 1040 * sum(sizes))
+        _require(
+            size in (None, whole) and last <= each and sum(sizes) <= len(data) - at and whole <= _PACKING * sum(sizes)
+        )
         for stored in sizes:
             yield data[at : at + stored]
             at += stored

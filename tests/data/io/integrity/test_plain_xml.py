@@ -151,6 +151,19 @@ def test_with_one_thing_changed_they_are_not_plain(text, old, new, tmp_path):
     assert not plain(changed(text, old, new), tmp_path)
 
 
+@pytest.mark.parametrize(
+    ("name", "number"),
+    [("Points", "-3"), ("Polys", "-2"), ("Components", "100000000"), ("Tuples", "1e3"), ("Points", f"{10**12}"),
+     ("Tuples", "9" * 5000)],
+)  # fmt: skip
+def test_counts_that_no_such_file_has_are_refused_at_once(name, number, tmp_path):
+    old = f'NumberOf{name}="' + {"Points": "3", "Polys": "2", "Components": "3", "Tuples": "2"}[name] + '"'
+    with pytest.raises(OSError, match=rf"^a.vtp is damaged: NumberOf{name} is {number[:40]}$"):
+        plain(changed(SURFACE, old, f"NumberOf{name}='{number}'"), tmp_path)
+    data = b'<AppendedData encoding="raw">_ NumberOfPoints="-1"'
+    plain(SURFACE.removesuffix("</VTKFile>").encode() + data, tmp_path)  # which is data
+
+
 @pytest.mark.parametrize(("ends", "sound"), [("5 5", True), ("0 -1", False), ("1048576 1048576", True),
                                              ("1048577 1048577", False), ("-1048577 -1048577", False)])  # fmt: skip
 def test_images_within_bounds(ends, sound, tmp_path):

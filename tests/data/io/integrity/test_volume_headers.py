@@ -78,12 +78,15 @@ class TestNifti:
         path.write_bytes(nifti(order, version, offset=0, magic=b"ni"))
         with pytest.raises(FileNotFoundError, match=r"a.hdr refers to a.img, which is not in its folder"):
             volumes.check_nifti(path)
-        (tmp_path / f"a{ending}").write_bytes(bytes(240))
+        pack = gzip.compress if ending == ".img.gz" else bytes
+        (tmp_path / f"a{ending}").write_bytes(pack(bytes(240)))
         volumes.check_nifti(path)
-        (tmp_path / f"a{ending}").write_bytes(bytes(239))
-        if ending != ".img.gz":
-            with pytest.raises(OSError, match=r"a.hdr must have 240 bytes in a.(img|IMG), it has 239: truncated"):
-                volumes.check_nifti(path)
+        (tmp_path / f"a{ending}").write_bytes(pack(bytes(239)))
+        with pytest.raises(OSError, match=r"must have 240 bytes( in a.(img|IMG))?, it has 239: truncated"):
+            volumes.check_nifti(path)
+        (tmp_path / f"a{ending}").write_bytes(pack(bytes(240))[:-1])
+        with pytest.raises(OSError, match="truncated"):
+            volumes.check_nifti(path)
 
 
 def test_a_place_before_the_file_is_its_start_and_one_that_is_no_number_is_damage(tmp_path):
@@ -207,9 +210,37 @@ class TestNrrd:
             path.write_bytes(path.read_bytes().replace(b"encoding", b"byte skip: 1\nencoding"))  # left to ITK
         volumes.check_nrrd(path)
 
-    def test_the_most_bytes_that_samples_may_have(self):
-        assert volumes._nrrd_size({"sizes": "2 3 4"}) == 8 * 24
-        assert volumes._nrrd_size({"sizes": "2 3 -4"}) == 0
+    @pytest.mark.parametrize(
+        ("kinds", "size"),
+        [(("signed char", "uchar", "uint8_t", "int8"), 1), (("short int", "ushort", "uint16"), 2),
+         (("int", "unsigned int", "int32_t", "float"), 4), (("long long", "ulonglong", "uint64_t", "double"), 8)],
+    )  # fmt: skip
+    def test_bytes_of_samples(self, kinds, size):
+        for kind in kinds:
+            assert volumes._nrrd_size({"sizes": "2 3 4", "type": kind}) == size * 24
+            assert volumes._nrrd_size({"sizes": "2 3 -4", "type": kind}) == 0
+        assert volumes._nrrd_size({"sizes": "2 3 4", "type": "block"}) == 0
+
+    @pytest.mark.parametrize(("encoding", "most"), [("raw", 1), ("hex", 1), ("ascii", 4), ("gzip", 1040)])
+    @pytest.mark.parametrize("more", ["", "line skip: 1\n"])
+    def test_more_samples_than_so_many_bytes_can_hold(self, encoding, most, more, tmp_path):
+        head = f"NRRD0004\ntype: short\ndimension: 3\nsizes: 1 1 {{}}\nencoding: {encoding}\n{more}\n"
+        samples = gzip.compress(bytes(100_000)) if encoding == "gzip" else b"0 " * 50
+        path, count = tmp_path / "a.nrrd", most * len(samples) // 2
+        path.write_bytes(head.format(count + 1).encode() + samples)
+        with pytest.raises(OSError, match=rf"a.nrrd must have {2 * count + 2:,} bytes of samples, it has .* at most"):
+            volumes.check_nrrd(path)
+        path.write_bytes(head.format(50_000 if encoding == "gzip" else count).encode() + samples)
+        volumes.check_nrrd(path)
+
+    def test_fewer_packed_samples_than_the_header_says(self, tmp_path):
+        head = "NRRD0004\ntype: short\ndimension: 3\nsizes: 1 1 {}\nencoding: gzip\n\n"
+        for count in (50_000, 50_001):
+            (tmp_path / "a.nrrd").write_bytes(head.format(count).encode() + gzip.compress(bytes(100_000)))
+            if count == 50_000:
+                volumes.check_nrrd(tmp_path / "a.nrrd")
+        with pytest.raises(OSError, match=r"a.nrrd must have 100,002 bytes of samples, it has 100,000 at most: trunc"):
+            volumes.check_nrrd(tmp_path / "a.nrrd")
 
 
 SHORT, LONG = 3, 4
