@@ -12,7 +12,7 @@ import simplexmesh as sm
 from simplexmesh.surface.features.zoning.result import zoned
 from tests.surface.features.parts import noisy, reference, tessellated
 from tests.surface.features.reference import Reference
-from tests.surface.features.scoring import crease_score, networks, paths, rand_index, samples
+from tests.surface.features.scoring import crease_score, kinds_told, networks, paths, rand_index, samples
 from tests.surface.features.solids import Solid, pose, profile
 
 SEEDS = {"block": 0, "plate": 1, "crossing": 1, "dome": 2, "bracket": 0}
@@ -74,6 +74,19 @@ class TestWithout:
 
     def test_creases_of_20_degrees_are_found(self, kind):
         assert score("block", kind, 0.0).soft_recall > 0.9
+
+
+@pytest.mark.parametrize(("noise", "right"), [(0.0, 0.95), (0.1, 0.9)])
+@pytest.mark.parametrize("kind", ["aligned", "scan"])
+def test_zones_are_what_the_patches_are(kind, noise, right):
+    told = []
+    for name in SEEDS:
+        given, network = found(name, kind, noise)
+        zones = sm.zones(given.mesh, network)
+        told += kinds_told(zones, given)
+        assert np.isfinite(zones.errors).all()
+    assert len(told) > 35
+    assert np.mean([one == other for one, other in told]) > right
 
 
 @pytest.mark.parametrize("name", SEEDS)
