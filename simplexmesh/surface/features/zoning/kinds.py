@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
+from scipy.optimize import leastsq
 
 from simplexmesh._base.vectors import dot, norm, normalized
 from simplexmesh.numerics.round_fits import across_normals, ball, cone_apex, from_axis, met_axis
@@ -41,7 +41,8 @@ def kind_of(points: Array, centers: Array, normals: Array, noise: float) -> tupl
         if x is None or not np.isfinite(x).all():
             continue
         enough = np.resize(points, (max(len(points), len(x)), 3))
-        x = least_squares(lambda x, fit=distances, at=enough: fit(at, x), x, method="lm", max_nfev=200).x
+        settings = {"ftol": 1e-5, "maxfev": 400, "diag": np.ones(len(x)), "full_output": True}
+        x = leastsq(lambda x, fit=distances, at=enough: fit(at, x), x, **settings)[0]
         rms = float(np.sqrt(np.mean(distances(points, x) ** 2)))
         least = min(least, rms)
         rise = distances(centers + 1e-3 * normals, x) - distances(centers - 1e-3 * normals, x)
