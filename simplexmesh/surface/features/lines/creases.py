@@ -37,9 +37,6 @@ EDGE = 0.8
 SAMPLE = 1000
 """Edges at which the ordinary jump is measured."""
 
-FEWEST = 8
-"""Triangles of a zone between lines: fewer are the straddling triangles between two courses of one crease."""
-
 SHORTEST, GAP = 7.0, 6.0
 """In edges of the mesh: the shortest line with a free end, and the longest gap closed."""
 
@@ -152,7 +149,7 @@ def _cleaned(surface: FilteredSurface, chosen: Mask, jumps: Array, least: float)
 
     for bridging in (True, True, False):
         chosen = edges.without_weakest(chosen, strength)
-        chosen = edges.without_small(chosen, jumps, FEWEST, surface.exact)
+        chosen = edges.without_small(chosen, jumps, surface.exact)
         chosen = edges.pruned(chosen, SHORTEST * scales)
         if bridging:
             chosen = edges.bridged(chosen, costs, most)

@@ -168,16 +168,20 @@ class Edges:
 
         return self.without_weakest(chosen, strength)
 
-    def without_small(self, chosen: Mask, strengths: Array, least: int, kept: Mask) -> Mask:
-        """Return edges without the weakest side of each zone of fewer than `least` triangles, none of them `kept` (t,).
+    def without_small(self, chosen: Mask, strengths: Array, kept: Mask) -> Mask:
+        """Return edges without the weakest side of each zone with all vertices but one on them, and no triangle `kept`.
+
+        Such strips are the straddling triangles between two courses of one crease.
 
         Those with the weakest sides are merged first, each with one neighbor at a time, until none is left.
         """
         chosen = chosen.copy()
         while True:
             labels = self.zones(chosen)
-            counts = np.bincount(labels)
-            small = (counts < least) & (np.bincount(labels, kept) == 0)
+            zone = np.zeros(len(self.facets.vertices), np.int64)
+            zone[self.facets.faces] = labels[:, None]
+            inside = np.bincount(zone, self.degrees(chosen) == 0, labels.max() + 1)
+            small = (inside < 2) & (np.bincount(labels, kept) == 0)
             edges = np.flatnonzero(chosen)
             pair = np.sort(labels[self.sides[edges]], axis=1)
             apart = pair[:, 0] != pair[:, 1]
