@@ -159,6 +159,12 @@ class Edges:
             if not met:
                 return chosen
 
+    def trimmed(self, chosen: Mask, weak: Mask) -> Mask:
+        """Return edges without the weak ones up to the first that is not, from free ends on."""
+        while (gone := chosen & weak & self.free(chosen)[self.ends].any(axis=1)).any():
+            chosen = chosen & ~gone
+        return chosen
+
     def pruned(self, chosen: Mask, shortest: Array) -> Mask:
         """Return edges without lines that end freely and are shorter than the mean of `shortest` (e,) along them."""
 
