@@ -17,12 +17,14 @@ KINDS = ("aligned", "irregular", "sliver", "scan")
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A closed mesh, its exact sharp and soft creases as segments (k, 2, 3), patches (t,) and the mean edge length."""
+    """A closed mesh, its exact sharp and soft creases as segments (k, 2, 3), patches (t,) and their kinds, and the mean
+    edge length."""
 
     mesh: sm.TriangleMesh
     creases: np.ndarray
     soft: np.ndarray
     patches: np.ndarray
+    kinds: dict[int, str]
     edge: float
     name: str
 
@@ -39,12 +41,17 @@ def tessellated(reference, kind, edge, seed=0):
         vertices, faces, labels = remeshed(reference, edge, rng, even=kind == "aligned")
     mesh = sm.TriangleMesh(vertices, faces)
     if labels is None:
-        patches = reference.fine_patches[reference.nearest(vertices[faces].mean(axis=1))[0]]
+        nearest = reference.nearest(vertices[faces].mean(axis=1))[0]
+        patches, labels = reference.fine_patches[nearest], reference.fine[2][nearest]
     else:
         patches = reference.patches(vertices, faces, labels)
+    kinds = {}
+    for patch in np.unique(patches).tolist():
+        on = np.unique(labels[patches == patch])
+        kinds[patch] = "free form" if len(on) > 1 else reference.kind(on[0])
     ends, half = halves(faces)
     mean = float(lengths(vertices[ends[half[:, 0]]]).mean())
-    return Part(mesh, *reference.creases, patches, mean, reference.name)
+    return Part(mesh, *reference.creases, patches, kinds, mean, reference.name)
 
 
 def noisy(part, share, seed=0):

@@ -72,6 +72,10 @@ class Reference:
         solid, face = self.surfaces[k]
         return solid.distance(face, points)
 
+    def kind(self, k):
+        solid, face = self.surfaces[k]
+        return solid.kind(face)
+
     def projected(self, vertices, faces, labels):
         """Vertices moved onto all surfaces that their triangles belong to."""
         on = np.zeros((len(vertices), len(self.surfaces)), bool)

@@ -112,6 +112,18 @@ def rand_index(labels, truth, areas=None):
     return 1.0 if most == chance else float((both - chance) / (most - chance))
 
 
+def kinds_told(zones, part, fewest=40, whole=0.8):
+    """What each patch of so many triangles is, and what the zone says that has most of it, and little else."""
+    out = []
+    for patch, kind in part.kinds.items():
+        on = part.patches == patch
+        zone = np.bincount(zones.labels[on]).argmax()
+        both = np.count_nonzero(on & (zones.labels == zone))
+        if on.sum() >= fewest and both > whole * max(on.sum(), np.count_nonzero(zones.labels == zone)):
+            out.append((kind, zones.kinds[zone]))
+    return out
+
+
 def labels_between(mesh, edges):
     """Labels (t,) of the components of faces of a mesh when it is cut along edges, pairs of vertices (k, 2)."""
     faces, n = np.asarray(mesh.faces, np.int64), mesh.n_vertices

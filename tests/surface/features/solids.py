@@ -40,6 +40,18 @@ class Solid:
     def n_faces(self):
         return self.chains.max() + 1 + 2 * (self.height is not None)
 
+    def kind(self, face):
+        """What a face is, in the words of zones."""
+        segments = np.flatnonzero(self.chains == face)
+        if len(segments) != 1:
+            return "free form" if len(segments) else "plane"
+        (*p, bulge), q = self.profile[segments[0]], self.ends[segments[0]]
+        if self.height is not None:
+            return "cylinder" if bulge else "plane"
+        if bulge:
+            return "sphere" if abs(arc(np.array(p), q, bulge)[0][0]) < 1e-9 else "torus"
+        return "cylinder" if p[0] == q[0] else "plane" if p[1] == q[1] else "cone"
+
     def distance(self, face, points):
         """Signed distances (n,) of points to a face, extended, and their gradients (n, 3)."""
         x, flat = self.local(points)

@@ -21,6 +21,7 @@ def prism(sides, edge=0.2):
 CUBE = sm.divided(pv.Cube().triangulate().clean(), 0.15)
 CAN = sm.divided(pv.Cylinder(resolution=48, radius=1, height=2).triangulate().clean(), 0.2)
 BALL = sm.sphere(16).triangulated("dual")
+FINE = sm.sphere(30).triangulated("dual")
 FADING = folded(lambda x: np.clip(40 - 80 / 3 * x, 0, None))
 """A fold of 40 degrees that fades to 0 where x is 1.5."""
 
@@ -102,6 +103,14 @@ class TestNothingSharp:
         assert network.nodes.shape == (0, 3)
         assert len(network.without()) == 0
 
+    @pytest.mark.parametrize("step", [0.1, 0.2])
+    @pytest.mark.parametrize("shape", [(1, 1, 1), (1, 0.6, 2)], ids=["sphere", "egg"])
+    def test_smooth_surfaces_of_rounded_coordinates(self, shape, step):
+        length = step * mean_edge(FINE)
+        network = sm.feature_lines((np.round(FINE.vertices * shape / length) * length, FINE.faces))
+        assert network.lines == ()
+        assert 0.6 * length < np.sqrt(12) * network.noise < 1.001 * length
+
     @pytest.mark.parametrize("resolution", [24, 40])
     def test_a_capsule_whose_ends_go_on_smoothly(self, resolution):
         capsule = pv.Capsule(radius=0.5, cylinder_length=1.5, resolution=resolution).triangulate().clean()
@@ -138,6 +147,11 @@ class TestNoise:
 
     def test_without_noise_none_is_estimated(self):
         assert sm.feature_lines(CUBE).noise < 1e-12
+
+    def test_whole_numbers_are_no_noise(self):
+        network = sm.feature_lines((np.round(16 * CUBE.vertices), CUBE.faces))
+        assert network.noise < 1e-12
+        assert len(network) == 12
 
 
 class TestInvariance:

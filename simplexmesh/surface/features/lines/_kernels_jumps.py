@@ -16,9 +16,6 @@ from simplexmesh.numerics._kernels_vectors import cross_product, difference, dot
 REACH = 3.0
 """Radius of the window on one side of an edge, over the distance of the nearest triangles' centers."""
 
-NEAR = 0.1
-"""Weight of triangles that touch a candidate: they may straddle the crease."""
-
 MARGIN = 0.7
 """Of a mesh's edge, by which windows are wider for the sake of those triangles."""
 
@@ -38,8 +35,8 @@ class Sides(NamedTuple):
     normals: Array
     """(t, 3), filtered."""
 
-    near: Mask
-    """(t,): whether it touches a candidate."""
+    weights: Array
+    """(t,), lower where it touches a candidate: such triangles may straddle the crease."""
 
     exact: Mask
     """(t,): whether its normal is that of its surface."""
@@ -97,7 +94,7 @@ def _side(facets, sides, half, frame, noise, stamp, queue):
     inner = dot(minus(row(facets.centers, first), middle), across)
     radius = _radius(facets, sides, half, start, along, noise)
     head, tail = 0, 1
-    total = my = myy = ms = mys = mz = 0.0
+    total = my = myy = ms = mys = mz = lengths = 0.0
     queue[0], stamp[first] = first, half
     while head < tail:
         t = queue[head]
@@ -109,14 +106,14 @@ def _side(facets, sides, half, frame, noise, stamp, queue):
             continue
         turned = minus(row(facets.normals, t), row(sides.normals, t))
         doubt = dot(turned, turned) / (0.1 + 2.5 * math.sqrt(facets.variances[t])) ** 2
-        weight = facets.areas[t] * max(1 - (far / radius) ** 2, 0.05) / (1 + doubt)
-        weight *= NEAR if sides.near[t] else 1.0
+        weight = facets.areas[t] * sides.weights[t] * max(1 - (far / radius) ** 2, 0.05) / (1 + doubt)
         smooth, apart = row(sides.normals, t), minus(place, middle)
         y, z = dot(apart, across) / radius, dot(apart, mean) / radius
         z += dot(apart, course) / radius * _rise(dot(smooth, course), dot(smooth, mean))
         if bend[0] == bend[1] == bend[2] == 0.0 and y * inner < 0:
             continue
         sine = dot(row(facets.normals, t), across)
+        lengths += weight * dot(row(facets.normals, t), smooth)
         total, my, myy, mz = total + weight, my + weight * y, myy + weight * y * y, mz + weight * z
         ms, mys = ms + weight * sine, mys + weight * y * sine
         for h in range(3 * t, 3 * t + 3):
@@ -125,7 +122,8 @@ def _side(facets, sides, half, frame, noise, stamp, queue):
                 stamp[other], queue[tail] = half, other
                 tail += 1
     total = max(total, 1e-300)
-    my, myy, ms, mys, mz = my / total, myy / total, ms / total, mys / total, mz / total
+    shorter = max(lengths, 0.5 * total)  # the mean of normals with noise is no unit vector
+    my, myy, ms, mys, mz = my / total, myy / total, ms / shorter, mys / shorter, mz / total
     spread = max(myy - my * my, 0.0) + 1e-6
     slope = (mys - my * ms) / spread
     sine = min(0.999, max(-0.999, ms - my * slope))

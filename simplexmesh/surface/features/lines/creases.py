@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from simplexmesh._base.arrays import Array, Indices, Mask
-from simplexmesh._base.vectors import dot
+from simplexmesh._base.vectors import dot, norm
 from simplexmesh.surface.features.lines import _kernels_jumps
 from simplexmesh.surface.features.lines.edges import Chains, Edges
 from simplexmesh.surface.features.lines.normals import sampled, within_zones
@@ -34,11 +34,17 @@ MANY = 0.1
 EDGE = 0.8
 """Share of what whole lines need that a single edge must have."""
 
+NEAR, ASTRIDE = 0.1, 0.003
+"""Weights of triangles that may straddle a crease, and of those that do: at lines known to be off it."""
+
+OFF = 0.2
+"""In edges of the mesh: lines whose edges are off their crease by less follow it."""
+
+BIAS = 0.8
+"""Of the angle, what triangles that straddle a crease leave of it while it is looked for."""
+
 SAMPLE = 1000
 """Edges at which the ordinary jump is measured."""
-
-FEWEST = 8
-"""Triangles of a zone between lines: fewer are the straddling triangles between two courses of one crease."""
 
 SHORTEST, GAP = 7.0, 6.0
 """In edges of the mesh: the shortest line with a free end, and the longest gap closed."""
@@ -76,13 +82,15 @@ class FilteredSurface:
         out: Mask = touched[self.edges.facets.faces].any(axis=1) & ~self.exact
         return out
 
-    def jumps_at(self, at: Mask, stops: Mask) -> tuple[Array, Array, Array]:
+    def jumps_at(self, at: Mask, stops: Mask, off: Mask | None = None) -> tuple[Array, Array, Array]:
         """Return jumps (e,) of the normal, places and directions (e, 3) `at` some edges, 0 elsewhere.
 
-        Triangles may straddle these edges, and no window crosses those that are `stops` as well.
+        Triangles may straddle these edges, and do at those that are `off`; no window crosses those that are `stops`.
         """
-        near, stops = self.straddling(at), self.edges.halved(at & stops)
-        sides = _kernels_jumps.Sides(self.normals, near, self.exact, stops)
+        weights, stops = np.where(self.straddling(at), NEAR, 1.0), self.edges.halved(at & stops)
+        if off is not None:
+            weights[self.straddling(off)] = ASTRIDE
+        sides = _kernels_jumps.Sides(self.normals, weights, self.exact, stops)
         rows = np.flatnonzero(at)
         jumps, places, directions = np.zeros(len(at)), np.zeros((len(at), 3)), np.zeros((len(at), 3))
         filled = np.zeros(len(rows)), np.zeros((len(rows), 3)), np.zeros((len(rows), 3))
@@ -96,8 +104,10 @@ class FilteredSurface:
         beside = beside[~self.exact[beside]]
         normals[beside] = within_zones(self.edges.facets, self.noise, self.edges.zones(chosen), beside)
         settled = FilteredSurface(self.edges, self.noise, normals, self.exact)
-        measured = settled.jumps_at(chosen, chosen)
-        return Creases(self.edges, self.noise, self.normals, self.exact, chosen, *measured)
+        biased, *first = settled.jumps_at(chosen, chosen)
+        found = Creases(self.edges, self.noise, self.normals, self.exact, chosen, biased, biased, *first)
+        jumps, places, directions = settled.jumps_at(chosen, chosen, found.off)
+        return replace(found, jumps=jumps, places=places, directions=directions)
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,9 +115,22 @@ class Creases(FilteredSurface):
     """Edges along creases, with what was measured there; arrays have one row for each inner edge of the surface."""
 
     chosen: Mask
+    biased: Array
+    """Jumps as they are found, with some of what straddles them."""
+
     jumps: Array
     places: Array
     directions: Array
+
+    @cached_property
+    def off(self) -> Mask:
+        """The edges (e,) of lines that are not on their creases, on the whole, but straddled by triangles."""
+        edges, out = self.edges, np.zeros(len(self.chosen), bool)
+        lines = edges.chains(self.chosen)
+        away = norm(self.places - edges.facets.vertices[edges.ends].mean(axis=1))
+        off = lines.mean(away / edges.facets.scales[edges.sides].mean(axis=1)) > OFF
+        out[lines.edges[np.repeat(off, np.diff(lines.offsets))]] = True
+        return out
 
     def areas_beside(self, weight: float) -> Array:
         """Return the areas (t,), times a weight where triangles may straddle a crease."""
@@ -119,12 +142,18 @@ def creases(vertices: Array, faces: Indices, mates: Indices, angle: float) -> Cr
     facets, noise, normals, exact = sampled(vertices, faces, mates)
     surface = FilteredSurface(Edges(facets), noise, normals, exact)
     chosen, strengths = surface.bends > min(CANDIDATE, 0.5 * angle), surface.bends
-    least = max(angle, STANDING_OUT * _ordinary_jump(surface))
+    biased = max(min(DEFAULT_ANGLE, angle), BIAS * angle)
+    least = max(biased, STANDING_OUT * _ordinary_jump(surface))
     for _ in range(ROUNDS):
         strengths = surface.jumps_at(chosen, strengths > STRONG)[0]
         chosen = chosen & (strengths > EDGE * least)
     found = surface.creases_at(_cleaned(surface, chosen, strengths, least))
-    chosen = found.edges.without_weakest(found.chosen, lambda lines: lines.mean(found.jumps) - angle)
+
+    def strength(lines: Chains) -> Array:
+        return np.minimum(lines.mean(found.jumps) - angle, lines.mean(found.biased) - biased)
+
+    chosen = found.edges.without_weakest(found.chosen, strength)
+    chosen = found.edges.trimmed(chosen, found.jumps < EDGE * angle)
     chosen = found.edges.pruned(chosen, SHORTEST * found.scales)
     return replace(found, chosen=chosen)
 
@@ -152,7 +181,7 @@ def _cleaned(surface: FilteredSurface, chosen: Mask, jumps: Array, least: float)
 
     for bridging in (True, True, False):
         chosen = edges.without_weakest(chosen, strength)
-        chosen = edges.without_small(chosen, jumps, FEWEST, surface.exact)
+        chosen = edges.without_small(chosen, jumps, surface.exact)
         chosen = edges.pruned(chosen, SHORTEST * scales)
         if bridging:
             chosen = edges.bridged(chosen, costs, most)

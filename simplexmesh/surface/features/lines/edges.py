@@ -159,6 +159,12 @@ class Edges:
             if not met:
                 return chosen
 
+    def trimmed(self, chosen: Mask, weak: Mask) -> Mask:
+        """Return edges without the weak ones up to the first that is not, from free ends on."""
+        while (gone := chosen & weak & self.free(chosen)[self.ends].any(axis=1)).any():
+            chosen = chosen & ~gone
+        return chosen
+
     def pruned(self, chosen: Mask, shortest: Array) -> Mask:
         """Return edges without lines that end freely and are shorter than the mean of `shortest` (e,) along them."""
 
@@ -168,16 +174,20 @@ class Edges:
 
         return self.without_weakest(chosen, strength)
 
-    def without_small(self, chosen: Mask, strengths: Array, least: int, kept: Mask) -> Mask:
-        """Return edges without the weakest side of each zone of fewer than `least` triangles, none of them `kept` (t,).
+    def without_small(self, chosen: Mask, strengths: Array, kept: Mask) -> Mask:
+        """Return edges without the weakest side of each zone with all vertices but one on them, and no triangle `kept`.
+
+        Such strips are the straddling triangles between two courses of one crease.
 
         Those with the weakest sides are merged first, each with one neighbor at a time, until none is left.
         """
         chosen = chosen.copy()
         while True:
             labels = self.zones(chosen)
-            counts = np.bincount(labels)
-            small = (counts < least) & (np.bincount(labels, kept) == 0)
+            zone = np.zeros(len(self.facets.vertices), np.int64)
+            zone[self.facets.faces] = labels[:, None]
+            inside = np.bincount(zone, self.degrees(chosen) == 0, labels.max() + 1)
+            small = (inside < 2) & (np.bincount(labels, kept) == 0)
             edges = np.flatnonzero(chosen)
             pair = np.sort(labels[self.sides[edges]], axis=1)
             apart = pair[:, 0] != pair[:, 1]

@@ -54,6 +54,7 @@ def vertex_noise(facets: Facets) -> float:
     The four corners at an inner edge, projected along the normal, have one affine relation. Where the surface is flat,
     the heights in that relation, with coefficients of unit length, have the deviation of a single vertex. The seventh
     of the edges that bends least tells it: creases and curvature bend the others more, and meshes of planes have none.
+    Rounded coordinates put many edges into one plane: there half of those tell that are off by less than the rounding.
     """
     inner = np.flatnonzero(facets.mates > np.arange(facets.faces.size))
     other = facets.mates[inner]
@@ -68,18 +69,35 @@ def vertex_noise(facets: Facets) -> float:
     relation = np.stack(area, axis=1) * [1, -1, 1, -1]
     heights = dot(quads, normal[:, None])
     off = np.abs((relation * heights).sum(axis=1)) / np.maximum(norm(relation), 1e-300)
-    noise = float(np.quantile(off, FEW)) / DEVIATION if len(off) else 0.0
-    return noise if noise < LARGEST * float(np.sqrt(facets.areas.mean())) else 0.0
+    noise, step = float(np.quantile(off, FEW)) / DEVIATION if len(off) else 0.0, _step(facets.vertices)
+    largest = LARGEST * float(np.sqrt(facets.areas.mean()))
+    if step < largest and (off < step).any():
+        noise = max(noise, min(float(np.median(off[off < step])) / HALF_DEVIATION, step / np.sqrt(12)))
+    return noise if noise < largest else 0.0
 
+
+def _step(vertices: Array) -> float:
+    """Return the length of which all differences of coordinates are multiples; 0 if there is none."""
+    known = np.unique(np.abs(vertices - vertices[:1]))
+    gaps = np.diff(known)[np.diff(known) > FINEST * known[-1]]
+    if not len(gaps):
+        return 0.0
+    step = float(known[-1] / np.round(known[-1] / gaps.min()))
+    counts = known / step
+    return step if np.abs(counts - np.round(counts)).max() < 0.05 else 0.0
+
+
+FINEST = 1e-6
+"""Step of coordinates, over their range, that is looked for: single precision has about as many digits."""
 
 LARGEST = 0.5
-"""Of the root of a triangle's area: what is more is the shape of a mesh of few triangles."""
+"""Of the root of a triangle's area: what is more, noise or rounding, is the shape of a mesh of few triangles."""
 
 TRIPLES = ((1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2))
 """The corners left where one of four is taken away."""
 
-FEW, DEVIATION = 0.15, 0.18912
-"""A share, and the value below which so many absolute values of a standard normal distribution are."""
+FEW, DEVIATION, HALF_DEVIATION = 0.15, 0.18912, 0.67449
+"""A share, and the values below which so many and half of the absolute values of a standard normal distribution are."""
 
 
 def _after(half: Indices) -> Indices:

@@ -15,9 +15,6 @@ HOLD = 0.05
 SMOOTHINGS = (0.5, -0.53) * 4
 """Shares of the way to the middle of two neighbors, there and back (Taubin 1995): curves keep their radius."""
 
-ASTRIDE = 0.2
-"""In edges of the mesh: lines whose edges are off their crease by less follow it already."""
-
 BEYOND = slice(2, 6)
 """Of a line's edges, those that place the node at its end."""
 
@@ -34,7 +31,7 @@ def placed(found: Creases) -> Array:
     """
     edges, vertices, chosen = found.edges, found.edges.facets.vertices, found.chosen
     lines = edges.chains(chosen)
-    known = _beside_creases(found, lines) & (norm(found.directions) > 0)
+    known = found.off & (norm(found.directions) > 0)
     vague = np.zeros(len(vertices), bool)
     vague[edges.ends[known]] = True
     out = _met(found, vertices, edges.ends[known].ravel(), np.repeat(np.flatnonzero(known), 2))
@@ -43,15 +40,6 @@ def placed(found: Creases) -> Array:
     for node, one, two, on in first:
         out[[one, two]] = out[node] + (out[on] - out[node]) * [[1 / 3], [2 / 3]]
     return _smoothed(out, found, vague)
-
-
-def _beside_creases(found: Creases, lines: Chains) -> Mask:
-    """Return the edges (e,) of lines that are not on their creases, on the whole, but straddled by triangles."""
-    edges, out = found.edges, np.zeros(len(found.chosen), bool)
-    away = norm(found.places - edges.facets.vertices[edges.ends].mean(axis=1))
-    off = lines.mean(away / edges.facets.scales[edges.sides].mean(axis=1)) > ASTRIDE
-    out[lines.edges[np.repeat(off, np.diff(lines.offsets))]] = True
-    return out
 
 
 def _met(found: Creases, vertices: Array, at: Indices, by: Indices) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import least_squares
+from scipy.optimize import leastsq
 
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import dot, norm, normalized
@@ -18,8 +18,8 @@ EXACT = 1e-3
 LARGEST = 10.0
 """Of a zone's size: with a larger radius it is flat for all that can be seen."""
 
-FACING, ALIKE = 0.95, 0.005
-"""Least mean cosine between the normals of triangles and of a fit, and less than the best: a rim and an apex are both
+FACING, ALIKE = 0.9, 0.005
+"""Least median cosine between the normals of triangles and of a fit, and less than the best: a rim and an apex are both
 on a sphere and on a cone."""
 
 
@@ -39,15 +39,17 @@ def kind_of(points: Array, centers: Array, normals: Array, noise: float) -> tupl
         if x is None or not np.isfinite(x).all():
             continue
         enough = np.resize(points, (max(len(points), len(x)), 3))
-        x = least_squares(lambda x, fit=distances, at=enough: fit(at, x), x, method="lm", max_nfev=200).x
+        settings = {"ftol": 1e-5, "maxfev": 400, "diag": np.ones(len(x)), "full_output": True}
+        x = leastsq(lambda x, fit=distances, at=enough: fit(at, x), x, **settings)[0]
         rms = float(np.sqrt(np.mean(distances(points, x) ** 2)))
-        rise = np.abs(distances(centers + 1e-3 * normals, x) - distances(centers - 1e-3 * normals, x)) / 2e-3
-        if rise.mean() < FACING:
-            continue
         least = min(least, rms)
+        rise = distances(centers + 1e-3 * normals, x) - distances(centers - 1e-3 * normals, x)
+        facing = float(np.median(np.abs(rise))) / 2e-3
+        if facing < FACING:
+            continue
         if rms <= limit:
-            fitting.append((name, rms * size, rise.mean()))
-            if rise.mean() > 1 - ALIKE:
+            fitting.append((name, rms * size, facing))
+            if facing > 1 - ALIKE:
                 break
     for name, rms, facing in fitting:
         if facing > max(each[2] for each in fitting) - ALIKE:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from simplexmesh._base import checks
-from simplexmesh._base.arrays import Array, Indices
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.drafts import draft
 from simplexmesh._base.html import card
 from simplexmesh._base.named_arrays import taken
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 LEAST_INNER = 12
-"""Vertices inside a zone; with fewer, those on its boundary are looked at too."""
+"""Vertices inside a zone, or triangles; with fewer, those on its boundary, which may straddle it, are looked at too."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -89,11 +89,12 @@ class Zones:
         found, vertices, out = self.network._found, self.mesh.vertices, []
         inner = np.ones(len(vertices), bool)
         inner[self._boundary_vertices] = False
+        clear = np.all(inner[self.mesh.faces], axis=1)
         for k in range(len(self)):
             triangles = np.flatnonzero(self.labels == k)
             corners = np.unique(self.mesh.faces[triangles])
-            inside = corners[inner[corners]]
-            points = vertices[inside if len(inside) >= LEAST_INNER else corners]
+            points = vertices[_most_inside(corners, inner)]
+            triangles = _most_inside(triangles, clear)
             centers = vertices[self.mesh.faces[triangles]].mean(axis=1)
             out.append(kind_of(points, centers, found.normals[triangles], found.noise))
         return out
@@ -105,7 +106,7 @@ class Zones:
 
     @property
     def errors(self) -> Array:
-        """The rms distance (z,) of the vertices from the fit of that kind, in the unit of length."""
+        """The rms distance (z,) of the vertices from the fit of that kind, of a free form from the nearest of all."""
         return np.array([error for _, error in self._fits])
 
     @property
@@ -283,6 +284,12 @@ class Zones:
                     place.write_text(json.dumps(self.as_dict(), indent=1))
         else:
             raise ValueError(f"path must end in .vtp, .json or .stl, not {path.name!r}")
+
+
+def _most_inside(rows: Indices, inside: Mask) -> Indices:
+    """Return the rows that are inside a zone if they are enough, else all."""
+    inner = rows[inside[rows]]
+    return inner if len(inner) >= LEAST_INNER else rows
 
 
 def zoned(network: FeatureNetwork, parts: Indices) -> Zones:
