@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import dot, norm, normalized
+from simplexmesh.mesh.paths import refusal_of_path
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.creases.lines import Line, at_distances
 from simplexmesh.motion.model.state import mean_edge
@@ -108,7 +109,7 @@ def _traced_in_order(mesh: SimplexMesh, lines: Sequence[Line], order: Sequence[i
         else:
             first, last = (at[node] for node in ends[k])
             found = _open_path(trace, line, first, last, exits.get((k, 0), first), exits.get((k, 1), last))
-        if len(found) > 2 - (not line.closed):
+        if not refusal_of_path(found, mesh.neighbors[found], closed=line.closed):
             trace.taken[found] = True
             out.append(Path(k, found, _places(mesh, found, line), line.closed))
     return out

@@ -49,6 +49,17 @@ class TestBox:
             marked[line.vertices] = True
         np.testing.assert_array_equal(marked, mesh.data["crease"] == 1)
 
+    def test_they_are_contours_that_live_on(self, models):
+        mesh = models[0].mesh
+        for k, line in enumerate(models[0].creases, 1):
+            assert mesh.contours[f"crease_{k}"].vertices.tolist() == line.vertices.tolist()
+        small = sm.decimate(mesh, vertices=300).mesh
+        ends = np.concatenate([small.vertices[contour.vertices[[0, -1]]] for contour in small.contours.values()])
+        assert np.bincount(np.linalg.norm(ends[:, None] - CORNERS * HALF, axis=2).argmin(axis=1)).tolist() == [3] * 8
+        assert sum(line.length for line in small.contours.values()) == pytest.approx(8 * HALF.sum(), rel=0.02)
+        again = sm.reconstruct(box_points(), init=mesh, vertices=800).mesh
+        assert list(again.contours) == list(mesh.contours)
+
     def test_it_is_closer_to_the_truth(self, models):
         volume, off = 8 * HALF.prod(), []
         for model in models:
