@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import count
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -199,6 +201,22 @@ class Contour:
     def reversed(self) -> Contour:
         """Return the contour in the opposite direction."""
         return Contour(self.mesh, self.vertices[::-1], self.closed)
+
+
+def numbered(mesh: SimplexMesh, name: str, contours: Iterable[Contour]) -> SimplexMesh:
+    """Return a mesh with contours as `name_1`, `name_2`, ..., but those that share an edge with others of it."""
+    c = mesh.connectivity
+    known, used = dict(c.contour_darts), np.zeros(c.twin.size, bool)
+    added: dict[str, Contour] = {}
+    twin = c.twin.reshape(-1)
+    for darts in known.values():
+        used[darts] = used[twin[darts]] = True
+    for contour in contours:
+        if not used[contour.darts].any():
+            used[contour.darts] = used[twin[contour.darts]] = True
+            number = next(k for k in count(1) if f"{name}_{k}" not in known.keys() | added.keys())
+            added[f"{name}_{number}"] = contour
+    return mesh.with_contours(**added) if added else mesh
 
 
 def _connectivity(mesh: SimplexMesh) -> Connectivity:

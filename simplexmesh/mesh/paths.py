@@ -55,6 +55,12 @@ def refusal_of_darts(darts: NDArray[np.integer[Any]], twin: Indices32) -> str:
     return refusal_of_path(vertices, twin[vertices] // 3, closed=closed)
 
 
+def same_edges(one: NDArray[np.integer[Any]], other: NDArray[np.integer[Any]], twin: Indices32) -> bool:
+    """Return whether two contours, given by their darts (k,), have the same edges."""
+    edges = [np.sort(np.minimum(darts, twin.reshape(-1)[darts])) for darts in (one, other)]
+    return np.array_equal(edges[0], edges[1])
+
+
 def marked_darts(contours: Named, twin: Indices32) -> Indices32:
     """Return (3n,) for each dart the number of the contour along it, from 1 on, negative against it; else 0.
 

@@ -21,7 +21,7 @@ from simplexmesh.mesh import face_geometry, geometry, triangulation
 from simplexmesh.mesh.check import Report, check, creased_vertices
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.contours import Contour
-from simplexmesh.mesh.paths import path_vertices
+from simplexmesh.mesh.paths import path_vertices, same_edges
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -79,12 +79,13 @@ class SimplexMesh(Located):
     def _facts(self) -> dict[str, str]:
         """Return the rows of a table of what matters."""
         pieces = "" if self.n_components == 1 else f", {self.n_components} pieces"
+        named = list(self.connectivity.contour_darts)
         return {
             "faces": f"{self.n_faces:,}",
             "topology": f"genus {self.genus}, {self.n_holes} holes{pieces}",
             "area, volume": f"{self.area:.4g}, {self.volume:.4g}",
             **super()._facts(),
-            **({"contours": ", ".join(self.connectivity.contour_darts)} if self.connectivity.contour_darts else {}),
+            **({"contours": ", ".join(named[:6] + ["..."] * (len(named) > 6))} if named else {}),
         }
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -206,13 +207,13 @@ class SimplexMesh(Located):
         return {name: Contour(self, *path_vertices(darts, c.twin)) for name, darts in c.contour_darts.items()}
 
     def with_contours(self, **contours: Contour | None) -> SimplexMesh:
-        """Return the mesh with named contours added or replaced; None removes one.
+        """Return the mesh with named contours added, replaced, or renamed if it has them; None removes one.
 
         They are part of its connectivity: they move with it, go through edits, batches of edits, `refine`,
         `redistribute`, `decimate` and `regularize`, and are saved with it (VTP). Edits insert vertices on them and
         remove some, but refuse what would break one: removing an edge of it or an end, swapping an edge at one of its
         vertices, an edge between two of its edges. Only a cut or join drops contours that lose edges, with a warning.
-        Decimation keeps the vertices that are left on contours in place.
+        Decimation keeps the vertices that are left on contours in place, but those of `crease`.
 
         Parameters
         ----------
@@ -246,7 +247,10 @@ class SimplexMesh(Located):
                 given = checks.instance(f"contour {name!r}", contour, Contour)
                 if not np.array_equal(given.mesh.connectivity.twin, self.connectivity.twin):
                     raise TopologyError(f"contour {name!r} is on another mesh, or on this one before an edit")
-                kept[name] = Contour(self, given.vertices, given.closed).darts
+                darts, twin = Contour(self, given.vertices, given.closed).darts, self.connectivity.twin
+                kept = {k: v for k, v in kept.items() if k in contours or not same_edges(darts, v, twin)} | {
+                    name: darts
+                }
         return replace(self, connectivity=replace(self.connectivity, contour_darts=kept))
 
     # ---- new objects

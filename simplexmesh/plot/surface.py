@@ -77,7 +77,7 @@ def surface(
     edges : bool, optional
         Whether edges are drawn; by default up to 25,000 vertices.
     contours : bool
-        Whether the contours of a simplex mesh are drawn, each as a tube in a color of its own.
+        Whether the contours of a simplex mesh, if it has some, are drawn, each as a tube in a color of its own.
     color : str
         Color without scalars.
     opacity : float
@@ -102,7 +102,7 @@ def surface(
     ------
     ValueError
         An unknown name, a wrong number of scalars, "distance" without data or such an array; `level`, `label` or
-        `inside` without a volume; `contours` of what has none.
+        `inside` without a volume; `contours` of anything but a simplex mesh.
 
     Examples
     --------
@@ -147,8 +147,8 @@ def surface(
 
 def _add_contours(plotter: pv.Plotter, shown: Any) -> None:
     """Add a tube for each contour of a mesh."""
-    if not isinstance(shown, SimplexMesh) or not shown.contours:
-        raise ValueError(f"contours are those of a SimplexMesh with some; this {type(shown).__name__} has none")
+    if not isinstance(shown, SimplexMesh):
+        raise ValueError(f"contours are those of a SimplexMesh; a {type(shown).__name__} has none")
     for k, contour in enumerate(shown.contours.values()):
         line = pv.lines_from_points(shown.vertices[contour.vertices], close=contour.closed)
         tube = line.strip().tube(radius=CONTOUR * shown.diagonal, n_sides=12, capping=True)

@@ -378,11 +378,11 @@ class TestPicture:
                 actor.bounds[::2], ball.vertices[contour.vertices].min(axis=0), atol=0.01 * ball.diagonal
             )
         plotter.close()
-        for none in (ball, ball.triangulated()):
-            with pytest.raises(
-                ValueError, match=f"contours are those of a SimplexMesh with some; this {type(none).__name__}"
-            ):
-                sm.plot.surface(none, contours=True)
+        plotter = sm.plot.surface(ball, contours=True, edges=False)
+        assert len([actor for actor in plotter.actors.values() if hasattr(actor, "prop")]) == 1
+        plotter.close()
+        with pytest.raises(ValueError, match="contours are those of a SimplexMesh; a TriangleMesh has none"):
+            sm.plot.surface(ball.triangulated(), contours=True)
 
     def test_has_every_kind_of_object(self, ball, tmp_path):
         things = {

@@ -8,6 +8,7 @@ import numpy as np
 
 from simplexmesh._base.arrays import Array, Indices32, Mask
 from simplexmesh._base.vectors import normalized
+from simplexmesh.mesh.check import creased_vertices
 from simplexmesh.mesh.decimation import _kernels_collapse, _kernels_swap
 from simplexmesh.mesh.decimation import _kernels_regions as regions
 from simplexmesh.mesh.decimation.fitting import FittedMesh, SurfaceSamples
@@ -75,8 +76,10 @@ def _targets(corners: regions.Corners, out: Edited) -> tuple[Array, Mask]:
     normals[out.face_map[kept]] = normalized(rows[kept, regions.VECTOR_AREA : regions.VECTOR_AREA + 3])
     free[out.face_map[kept]] = corners.max_extent[kept] > 0
     movable: Mask = np.array(free[c.vertex_faces].all(axis=1))
+    creased = creased_vertices(out.mesh)  # there the faces say where, elsewhere not
     for darts in c.contour_darts.values():
-        movable[path_vertices(darts, c.twin)[0]] = False
+        on = path_vertices(darts, c.twin)[0]
+        movable[on] &= creased is not None and creased[on]
     return normals, movable
 
 

@@ -16,7 +16,7 @@ from scipy.special import ndtri
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import dot, normalized
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.creases.lines import CreaseLine
+from simplexmesh.motion.creases.line import CreaseLine
 from simplexmesh.motion.targets.isosurface import Isosurface
 
 WIDEST = 3.0

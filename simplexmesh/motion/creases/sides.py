@@ -12,6 +12,7 @@ from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices, Mask
+from simplexmesh._base.vectors import norm
 from simplexmesh.data.points import PointCloud
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.creases.paths import Path
@@ -23,8 +24,10 @@ from simplexmesh.numerics.kd_tree import nearest
 FEWEST = 30
 """Points of a part from which it is fitted on its own."""
 
-STIFFNESS, HELD = 0.05, 0.003
-"""Weights of second differences of moves along a crease, and of moves, when the distance to a side has one."""
+STIFFNESS, HELD, TIED = 0.05, 0.003, 100.0
+"""Weights of second differences of moves along a crease, of moves, and of differences within a corner.
+
+The distance to a side has weight one."""
 
 
 def crossed_edges(mesh: SimplexMesh, paths: Sequence[Path]) -> Mask:
@@ -117,23 +120,23 @@ class Sided(BuiltInTarget):
             here, normals, gaps = here[known], normals[known], gaps[known]
             A[here] += normals[:, :, None] * normals[:, None, :]
             b[here] += gaps[:, None] * normals
-        chains = [np.searchsorted(rows, path.vertices) for path in paths]
-        bends = _second_differences(
-            [np.append(c, c[:2]) if p.closed else c for p, c in zip(paths, chains, strict=True)]
-        )
-        stiff = kron(STIFFNESS * (bends.T @ bends) + HELD * eye_array(len(rows)), eye_array(3))
+        chains = [(path, np.searchsorted(rows, path.vertices)) for path in paths]
+        bends = _differences([np.append(c, c[:2]) if p.closed else c for p, c in chains], [1, -2, 1], len(rows))
+        ties = _differences([c for p, c in chains if p.line < 0], [1, -1], len(rows))
+        held = STIFFNESS * (bends.T @ bends) + TIED * (ties.T @ ties) + HELD * eye_array(len(rows))
+        stiff = kron(held, eye_array(3))
         index = np.arange(len(rows) + 1)
         system = bsr_array((A, index[:-1], index), shape=stiff.shape) + stiff
         move = spsolve(system.tocsc(), b.ravel()).reshape(-1, 3)
-        move[np.linalg.norm(move, axis=1) > farthest] = 0.0
+        move *= np.minimum(1.0, farthest / np.maximum(norm(move), 1e-300))[:, None]
         out = mesh.vertices.copy()
         out[rows] += move
         return out
 
 
-def _second_differences(chains: Sequence[Indices]) -> csr_array:
-    """Return the matrix (m, n) of second differences along chains of the rows 0 to n - 1."""
-    columns = np.concatenate([np.stack([c[:-2], c[1:-1], c[2:]], axis=1) for c in chains])
-    rows = np.repeat(np.arange(len(columns)), 3)
-    shape = len(columns), 1 + max(int(c.max()) for c in chains)
-    return csr_array((np.tile([1.0, -2.0, 1.0], len(columns)), (rows, columns.ravel())), shape=shape)
+def _differences(chains: Sequence[Indices], weights: Sequence[float], count: int) -> csr_array:
+    """Return the matrix (m, count) of weighted sums of that many rows in a sequence, along chains of rows."""
+    some = [np.lib.stride_tricks.sliding_window_view(c, len(weights)) for c in chains if len(c) >= len(weights)]
+    columns = np.concatenate([np.zeros((0, len(weights)), np.int64), *some])
+    rows, values = np.repeat(np.arange(len(columns)), len(weights)), np.tile(np.asarray(weights, float), len(columns))
+    return csr_array((values, (rows, columns.ravel())), shape=(len(columns), count))

@@ -12,6 +12,7 @@ from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import DivergedError
 from simplexmesh._base.units import common_unit
 from simplexmesh._base.vectors import norm
+from simplexmesh.mesh.contours import numbered
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.model import _kernels_step
 from simplexmesh.motion.model._kernels_step import (
@@ -90,7 +91,8 @@ class DeformableModel:
     forces : callable or sequence of callables
         Functions from a `Frame` to displacements (n, 3), added in every iteration.
     contours : Condition or sequence of Condition
-        What `pinned`, `crease` and `smooth` prescribe of contours.
+        What `pinned`, `crease` and `smooth` prescribe of contours. Those without a name become `contour_1` and so on of
+        `mesh`.
 
     Raises
     ------
@@ -139,7 +141,6 @@ class DeformableModel:
         self.target = target
         self.forces = as_forces(forces)
         self.iteration = 0
-        self._start = mesh
         self._neighbors = mesh.connectivity.neighbors
         seeking = checks.number("seeking", seeking, 0.0, 1.0)
         self.rigidity = whole_per_vertex("rigidity", given_or_stored(rigidity, mesh, "rigidity", 1), n, 0, MOST_RIGID)
@@ -156,6 +157,7 @@ class DeformableModel:
         if creased is not None and constraint is None and "constraint" not in mesh.data:
             self.constraint[self._creased] = FREE
         conditions = conditions_on(mesh, contours)
+        self._start = numbered(mesh, "contour", (condition.line for condition in conditions))
         for condition in conditions:
             if condition.continuity is not None:
                 self.constraint[condition.line.vertices] = CONSTRAINTS.index(CONTINUITIES[condition.continuity])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from simplexmesh.mesh.contours import Contour, numbered
 from simplexmesh.motion.creases.sharpening import sharpened, sharpened_volume
 from simplexmesh.motion.reconstruct.measure import share_of_area
 from simplexmesh.motion.reconstruct.result import LEAST_BARE
@@ -31,4 +32,7 @@ def sharpen(run: Run) -> None:
         points = run.data.samples().points
         found = sharpened(run.mesh, points, run.away(points), target)
     if found is not None:
-        run.mesh, run.target, run.creases, run.tangled = found.mesh, found.target, found.creases(), 0
+        run.target, run.creases, run.tangled = found.target, found.creases(), 0
+        stale = dict.fromkeys(name for name in found.mesh.contours if name.startswith("crease_"))
+        lines = [Contour(found.mesh, line.vertices, line.closed) for line in run.creases]
+        run.mesh = numbered(found.mesh.with_contours(**stale), "crease", lines)

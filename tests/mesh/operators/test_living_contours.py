@@ -179,6 +179,14 @@ def test_decimated_they_keep_vertices_of_their_own():
             kept = out.vertex_map[before.vertices]
             assert_array_equal(after.vertices, kept[kept >= 0])
             assert_array_equal(out.mesh.vertices[kept[kept >= 0]], BALL.vertices[before.vertices[kept >= 0]])
+    marks = np.isin(np.arange(BALL.n_vertices), NAMED.contours["equator"].vertices)
+    out = sm.decimate(NAMED.with_data(crease=marks.astype(np.uint8)), vertices=400)
+    stays = [
+        (out.mesh.vertices[c.vertices, None] == BALL.vertices).all(axis=2).any(axis=1)
+        for c in out.mesh.contours.values()
+    ]
+    assert not stays[0][1:-1].all()
+    assert stays[1][1:-1].all()
 
 
 def test_regularized_they_stay_where_they_are():
@@ -216,11 +224,12 @@ def test_names_are_replaced_and_removed():
     assert set(NAMED.with_contours(equator=None).contours) == {"meridian"}
     other = NAMED.with_contours(equator=equator(BALL).reversed())
     assert_array_equal(other.contours["equator"].vertices, equator(BALL).vertices[::-1])
+    assert set(NAMED.with_contours(rim=equator(BALL).reversed()).contours) == {"meridian", "rim"}
 
 
 def test_what_is_not_on_the_mesh_is_refused():
     with pytest.raises(TopologyError, match="contour 'twice' must share no edge with another contour"):
-        NAMED.with_contours(twice=equator(BALL).reversed())
+        NAMED.with_contours(twice=sm.Contour(BALL, equator(BALL).vertices[:5], closed=False))
     with pytest.raises(TypeError, match="contour 'x' must be a Contour"):
         BALL.with_contours(x=[1, 2, 3])
     with pytest.raises(TopologyError, match="contour 'x' is on another mesh"):

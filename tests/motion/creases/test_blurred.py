@@ -6,7 +6,7 @@ from scipy.special import ndtr
 
 import simplexmesh as sm
 from simplexmesh.motion.creases.blurred import are_sharp, blur_of
-from simplexmesh.motion.creases.lines import CreaseLine
+from simplexmesh.motion.creases.line import CreaseLine
 
 HALF = np.array([14.0, 11.0, 8.0])
 AXES = [np.arange(-half - 7, half + 8) for half in HALF]

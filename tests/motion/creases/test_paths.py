@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import simplexmesh as sm
-from simplexmesh.motion.creases.lines import CreaseLine
+from simplexmesh.motion.creases.line import CreaseLine
 from simplexmesh.motion.creases.paths import on_paths, traced
 from simplexmesh.motion.creases.sides import crossed_edges, parts
 
@@ -14,6 +14,12 @@ CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)
 def cube_edges():
     ends = [(i, j) for i in range(8) for j in range(i) if np.abs(CORNERS[i] - CORNERS[j]).sum() == 2]
     return [CreaseLine(np.linspace(CORNERS[i], CORNERS[j], 20), closed=False, angle=np.pi / 2) for i, j in ends]
+
+
+def octahedron_edges():
+    corners = np.concatenate([np.eye(3), -np.eye(3)])
+    pairs = [(i, j) for i in range(6) for j in range(i) if i != j + 3]
+    return [CreaseLine(np.linspace(corners[i], corners[j], 20), closed=False, angle=1.2) for i, j in pairs]
 
 
 def inflated_cube(frequency=14, power=24):
@@ -65,6 +71,42 @@ class TestCube:
         for k in range(6):
             axis = np.abs(normals[part == k]).mean(axis=0).argmax()
             assert np.ptp(np.sign(normals[part == k][:, axis])) == 0
+
+
+class TestOctahedron:
+    lines = octahedron_edges()
+    ball = sm.sphere(14)
+    mesh = ball.moved(ball.vertices / (np.abs(ball.vertices) ** 1.1).sum(axis=1, keepdims=True))
+    paths = traced(mesh, lines)
+
+    def test_corners_of_four_lines_are_two_vertices(self):
+        ties = [path for path in self.paths if path.line < 0]
+        assert len(ties) == 6
+        assert sorted(path.line for path in self.paths if path.line >= 0) == list(range(12))
+        ends = np.concatenate([path.vertices[[0, -1]] for path in self.paths])
+        assert np.bincount(ends)[np.unique(ends)].tolist() == [3] * 12
+
+    def test_they_cut_the_surface_into_its_eight_sides(self):
+        assert parts(self.mesh, self.paths).max() == 7
+
+    def test_their_vertices_are_at_the_corner(self):
+        for path in self.paths:
+            if path.line < 0:
+                assert np.abs(np.linalg.norm(path.places.mean(axis=0)) - 1) < 1e-9
+                assert 0 < np.linalg.norm(path.places[1] - path.places[0]) < 0.03
+
+
+def test_lines_without_a_way_of_their_own_go_along_others():
+    """A ring and an arc that crosses it: what they share is one path, and it ends where the arc leaves."""
+    ball, turn = sm.sphere(12), np.linspace(0, 3, 80)
+    arc = np.column_stack([np.cos(turn), np.sin(turn), 0.2 * (turn - 1.5)])
+    arc = CreaseLine(arc / np.linalg.norm(arc, axis=1, keepdims=True), closed=False, angle=1.0)
+    paths = traced(ball, [ring(1.0, 0.0), arc])
+    steps = np.concatenate([np.sort(path.steps, axis=1) for path in paths])
+    assert len(np.unique(steps, axis=0)) == len(steps)
+    inner = np.concatenate([path.vertices if path.closed else path.vertices[1:-1] for path in paths])
+    assert (np.bincount(steps.ravel())[inner] == 2).all()
+    assert {path.line for path in paths} == {0, 1}
 
 
 class TestClosedLines:

@@ -6,6 +6,7 @@ import pytest
 import simplexmesh as sm
 from simplexmesh.mesh.triangles.self_intersection import self_intersections
 from simplexmesh.motion.creases import sharpening
+from simplexmesh.motion.creases.evidence import Evidence
 from tests.motion.creases.test_paths import CORNERS
 
 HALF = np.array([1.0, 0.8, 0.5])
@@ -48,6 +49,17 @@ class TestBox:
             np.testing.assert_array_equal(line.points, mesh.vertices[line.vertices])
             marked[line.vertices] = True
         np.testing.assert_array_equal(marked, mesh.data["crease"] == 1)
+
+    def test_they_are_contours_that_live_on(self, models):
+        mesh = models[0].mesh
+        for k, line in enumerate(models[0].creases, 1):
+            assert mesh.contours[f"crease_{k}"].vertices.tolist() == line.vertices.tolist()
+        small = sm.decimate(mesh, vertices=300).mesh
+        ends = np.concatenate([small.vertices[contour.vertices[[0, -1]]] for contour in small.contours.values()])
+        assert np.bincount(np.linalg.norm(ends[:, None] - CORNERS * HALF, axis=2).argmin(axis=1)).tolist() == [3] * 8
+        assert sum(line.length for line in small.contours.values()) == pytest.approx(8 * HALF.sum(), rel=0.02)
+        again = sm.reconstruct(box_points(), init=mesh, vertices=800)
+        assert len(again.mesh.contours) == len(again.creases)
 
     def test_it_is_closer_to_the_truth(self, models):
         volume, off = 8 * HALF.prod(), []
@@ -117,7 +129,7 @@ def test_edges_that_cannot_be_had_are_told(monkeypatch):
 
 
 def test_creases_that_folds_leave_none_of_are_told(monkeypatch):
-    def released(mesh, target, creased, edge):
+    def released(scene, mesh, target, creased):
         return mesh, np.zeros_like(creased)
 
     monkeypatch.setattr(sharpening, "_released", released)
@@ -135,13 +147,24 @@ def test_loops_smaller_than_a_face_are_no_lines(seed):
     assert sum(line.length for line in creases) == pytest.approx(8 * HALF.sum(), rel=0.01)
 
 
-def test_lines_that_the_model_is_worse_with_go_out(models):
-    points, smooth = box_points(), models[1].mesh
-    lines = [sharpening.CreaseLine(line.points, line.closed, 1.5) for line in models[0].creases]
-    scene, rows = sharpening.Scene(smooth, lines, points, sm.targets.Points(points), 0.0, 0.0), np.arange(12)
-    found = sharpening._laid(scene, rows < 12, lambda _: rows == 3)
-    assert sorted({path.line for path in found.paths}) == np.delete(rows, 3).tolist()
-    assert sharpening._laid(scene, rows < 12, lambda _: None) is None
+@pytest.mark.parametrize(("of_all", "left"), [(20.0, 11), (9.0, 0)])
+def test_lines_against_which_points_speak_go_out(monkeypatch, of_all, left):
+    def evidence(lines, *_):
+        return Evidence(np.where(np.arange(len(lines)) == 3, -3.0, -1.0), of_all)
+
+    monkeypatch.setattr(sharpening, "evidence", evidence)
+    assert len(sm.reconstruct(box_points(), vertices=800).creases) == left
+
+
+def test_where_edges_fail_the_model_is_smooth(models):
+    scene = sharpening.Scene(models[1].mesh, [], box_points(), None, 0.0, 0.0)
+    mesh = models[1].mesh
+    row = int(mesh.vertices[:, 2].argmax())
+    vertices = mesh.vertices.copy()
+    vertices[row] += [0, 0, 1.0]
+    failed = scene.failed(mesh.moved(vertices))
+    assert failed[row]
+    assert not scene.failed(mesh).any()
 
 
 def test_a_bad_choice_is_told():

@@ -192,7 +192,11 @@ class TestPlace:
         out = at_rest(disk, 100, **shrinking)
         assert_array_equal(out.vertices[some], disk.vertices[some])
         assert (out.vertices[RIM.vertices[2::5]] != disk.vertices[RIM.vertices[2::5]]).any()
+        assert {name: len(found) for name, found in out.contours.items()} == {"contour_1": len(RIM)}
         named = disk.with_contours(rim=RIM)
+        assert list(DeformableModel(named, contours=[pinned(RIM), smooth("rim", curvature=1.0)]).mesh.contours) == [
+            "rim"
+        ]
         assert_array_equal(
             at_rest(named, 100, contours=[pinned("rim")]).vertices[RIM.vertices], disk.vertices[RIM.vertices]
         )

@@ -1,0 +1,79 @@
+"""Corners where many lines meet: noise and triangles that straddle them show several, joined by short lines."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from simplexmesh._base.arrays import Array
+from simplexmesh._base.vectors import norm, normalized
+from simplexmesh.motion.creases.line import CreaseLine, at_distances
+from simplexmesh.surface.features.lines.network import FeatureNetwork
+
+SHORT = 3.0
+"""In edges of the surface: nodes that so short a line joins may be one corner."""
+
+MEETING = 0.5
+"""In the same unit: how far from one place lines may pass that meet there, root mean square."""
+
+SEEN = np.array([1.0, 4.0])
+"""In the same unit: where lines tell how they come to a corner."""
+
+
+def without_loops(found: FeatureNetwork, side: float) -> FeatureNetwork:
+    """Return a network without short lines that end where they begin, or between the same nodes as a sharper one."""
+    short = [(k, line) for k, line in enumerate(found.lines) if line.length < SHORT * side]
+    sharpest: dict[frozenset[int], int] = {}
+    for k, line in sorted(short, key=lambda each: -float(each[1].angle.mean())):
+        sharpest.setdefault(frozenset(line.vertices[[0, -1]].tolist()), k)
+    kept = {k for nodes, k in sharpest.items() if len(nodes) == 2}
+    gone = [k for k, line in short if k not in kept or line.closed]
+    return found.without(*gone) if gone else found
+
+
+def joined(lines: Sequence[CreaseLine], side: float) -> list[CreaseLine]:
+    """Return lines without short ones between nodes at which the others would meet in one place.
+
+    All nodes that short lines join are tried together, then the two of each of these lines.
+    """
+    ends = [(k, last) for k, line in enumerate(lines) if not line.closed for last in (0, 1)]
+    at = np.array([lines[k].points[-last] for k, last in ends]).reshape(-1, 3)
+    places, which = np.unique(at, axis=0, return_inverse=True)
+    node = dict(zip(ends, which.tolist(), strict=True))
+    short = sorted((k for k, last in ends if last and lines[k].length < SHORT * side), key=lambda k: lines[k].length)
+    pairs = np.array([(node[k, 0], node[k, 1]) for k in short], np.int64).reshape(-1, 2)
+    links = coo_array((np.ones(len(short)), pairs.T), shape=(len(places), len(places)))
+    whole = connected_components(links, directed=False)[1]
+    for together in (whole[pairs[:, :1]] == whole, (pairs[:, :, None] == np.arange(len(places))).any(axis=1)):
+        for k, group in zip(short, together, strict=True):
+            both = {node[k, 0], node[k, 1]} | set(np.flatnonzero(group).tolist())
+            others = [end for end in ends if node[end] in both and end[0] not in short]
+            if len(others) > 2 and node[k, 0] != node[k, 1]:
+                place, off = _meeting([lines[i].points[:: -1 if last else 1] for i, last in others], side)
+                if off < MEETING * side:
+                    places[min(both)] = place
+                    node = {end: min(both) if of in both else of for end, of in node.items()}
+    out = [line for line in lines if line.closed]
+    for k, last in ends:
+        if last and (node[k, 0] != node[k, 1] or k not in short):
+            points = lines[k].points.copy()
+            points[[0, -1]] = places[[node[k, 0], node[k, 1]]]
+            out.append(lines[k]._replace(points=points))
+    return sorted(out, key=lambda line: -line.length)
+
+
+def _meeting(lines: Sequence[Array], side: float) -> tuple[Array, float]:
+    """Return the place (3,) nearest to the courses with which lines (k, 3) begin, and how far off they pass."""
+    seen = []
+    for points in lines:
+        far = np.append(0.0, np.cumsum(norm(np.diff(points, axis=0))))
+        seen.append(at_distances(points, far, np.minimum(SEEN * side, far[-1] * SEEN / SEEN.max())))
+    first, last = np.array(seen).reshape(-1, 2, 3).transpose(1, 0, 2)
+    along = normalized(last - first)
+    across = np.eye(3) - along[:, :, None] * along[:, None, :]
+    place = np.linalg.lstsq(across.reshape(-1, 3), (across @ first[:, :, None]).ravel(), rcond=1e-3)[0]
+    off = np.linalg.norm(across @ (place - first)[:, :, None], axis=1)
+    return np.asarray(place), float(np.sqrt((off**2).mean()))

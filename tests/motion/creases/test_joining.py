@@ -1,0 +1,69 @@
+"""Corners of many lines, which noise shows as several of few."""
+
+import numpy as np
+import pytest
+
+from simplexmesh.motion.creases.joining import joined
+from simplexmesh.motion.creases.line import CreaseLine
+
+
+def line(start, end, count=30):
+    return CreaseLine(np.linspace(start, end, count), closed=False, angle=1.0)
+
+
+def ends(lines):
+    return np.unique(np.array([each.points[[0, -1]] for each in lines]).reshape(-1, 3), axis=0, return_counts=True)
+
+
+def star(apart, toward):
+    """Lines from two nodes that are some way apart, as if from places `toward` times as far beyond the middle."""
+    a, b = np.array([[-apart / 2, 0, 0], [apart / 2, 0, 0]])
+    ways = {1: ([10, 10, 0], [10, -10, 0]), -1: ([-10, 10, 0], [-10, -10, 0])}
+    out = [line(a, b, 5)]
+    for side, node in ((-1, a), (1, b)):
+        for way in ways[side]:
+            from_ = node * (1 - toward)
+            points = np.linspace(from_, from_ + np.array(way, float), 60)
+            points[0] = node
+            out.append(CreaseLine(points, closed=False, angle=1.0))
+    return out
+
+
+def test_lines_of_one_corner_meet_in_it():
+    lines = joined(star(1.0, toward=1.0), 1.0)
+    places, counts = ends(lines)
+    assert len(lines) == 4
+    (middle,) = places[counts == 4]
+    np.testing.assert_allclose(middle, 0, atol=1e-6)
+
+
+def test_corners_apart_stay():
+    for lines in (star(2.9, toward=0.0), star(3.5, toward=1.0)):
+        assert len(joined(lines, 1.0)) == 5
+
+
+def test_parallel_lines_stay():
+    rungs = [line([0, 0, 0], [0, 2, 0], 5), *(line([0, y, 0], [x, y, 0]) for y in (0, 2) for x in (-10, 10))]
+    assert len(joined(rungs, 1.0)) == 5
+
+
+def test_closed_lines_and_none_are_left():
+    turn = np.linspace(0, 2 * np.pi, 20, endpoint=False)
+    ring = CreaseLine(0.1 * np.column_stack([np.cos(turn), np.sin(turn), 0 * turn]), closed=True, angle=1.0)
+    assert joined([ring], 1.0) == [ring]
+    assert joined([], 1.0) == []
+
+
+def test_six_lines_of_four_nodes():
+    """Three bars that cross: three edges that point outward and three inward meet in one place."""
+    corner, rng = np.zeros(3), np.random.default_rng(0)
+    ways = np.concatenate([np.eye(3), -np.eye(3)])[[0, 5, 1, 3, 2, 4]]
+    nodes = 0.6 * rng.normal(size=(3, 3))
+    lines = [line(corner, node, 4) for node in nodes]
+    for k, way in enumerate(ways):
+        points = np.linspace(corner, 12 * way, 60)
+        points[0] = nodes[k // 2]
+        lines.append(CreaseLine(points, closed=False, angle=1.0))
+    places, counts = ends(joined(lines, 1.0))
+    assert counts.max() == 6
+    assert np.linalg.norm(places[counts.argmax()]) == pytest.approx(0, abs=0.1)
