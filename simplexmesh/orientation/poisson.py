@@ -26,11 +26,14 @@ from simplexmesh.orientation import _kernels_grid
 WALL_RADIUS = 1.6
 """In cells: the finest grid that does not leak then has the right genus; thinner walls leak, thicker fill handles."""
 
-QUICK = 3
-"""Iterations within which normals settle that were right but for noise: 2 to 3 on thin fins, 5 to 8 on open bowls."""
+MOST_FLIPS = 8
+"""Iterations; normals that were right but for noise settle in 1 to 4, those of a flood that leaked hardly ever do."""
 
-CLEARLY = 0.9
-"""Of the ambiguity of the flood's indicator, what others must be below: on bodies they differ by a few hundredths."""
+MOSTLY = 0.9
+"""Share of normals on which most floods agree with the right ones, of walls of three point spacings and more."""
+
+UNSETTLED = 1.5
+"""Factor on the spread of an indicator whose normals do not settle: they mix, which makes it flat."""
 
 FLOOD_CELLS = (16, 24, 32, 48, 64, 96, 128, 192, 256)
 """Cells along the longest side of the grids that are flooded."""
@@ -173,59 +176,59 @@ def _transfer_function(shape: tuple[int, int, int]) -> NDArray[np.complex64]:
 
 @dataclass(frozen=True, eq=False)
 class Fixpoint:
-    """Converged normals, the ambiguity and number of their iterations, and their indicator if none was flipped last."""
+    """Normals that agree with their indicator, or nearly, that of the last iteration, and whether it is theirs."""
 
     normals: Array
-    ambiguity: float
-    iterations: int
-    field: Indicator | None
+    field: Indicator
+    settled: bool  # hardly any normal flipped last
+    exact: bool  # none did
+
+    def spread(self, places: Array, areas: Array) -> float:
+        """Return the standard deviation of the indicator at places of its surface, more if the normals did not settle."""
+        values = self.field.at(places)[0]
+        variance = np.average((values - np.average(values, weights=areas)) ** 2, weights=areas)
+        return float(np.sqrt(variance)) * (1.0 if self.settled else UNSETTLED)
 
 
 def fixpoint(problem: Poisson, normals: Array) -> Fixpoint:
     """Flip normals that contradict their indicator until hardly any do."""
-    for iterations in range(1, 9):  # noqa: B007
+    for _ in range(MOST_FLIPS):
         field = problem.indicator(normals)
         wrong = dot(normals, field.at(problem.points)[1]) > 0
         normals = np.where(wrong[:, None], -normals, normals)
-        if np.count_nonzero(wrong) < 1e-3 * len(normals):
+        settled = np.count_nonzero(wrong) < 1e-3 * len(normals)
+        if settled:
             break
-    return Fixpoint(normals, field.ambiguity, iterations, None if wrong.any() else field)
+    return Fixpoint(normals, field, settled, not wrong.any())
 
 
 def oriented_indicator(points: Array, found: Planes, cell: float) -> Indicator:
     """Return the indicator function, with cells of side `cell`, of the solid that points with unoriented normals bound.
 
-    The first initialization comes from the finest flood that does not leak. What does not settle quickly is iterated on
-    a coarse grid first, where holes in the data close, but also thin sheets cancel out. Others are tried on the coarse
-    grid: the next best flood, and normals pointing away from the centroid. The least ambiguous replaces the first, as
-    where the flood entered an open container, if it is less ambiguous by a tenth there and on the requested grid.
+    The first initialization comes from the flood that encloses most. If its normals settle and most floods agree with
+    them, they are right. If not, what most floods say is led by a coarse grid, where holes in the data close, but also
+    thin walls cancel out. Beside that, where the first settled, as when a flood that did not enter a cavity encloses
+    more than the walls, it is tried as it is; else, as when the flood entered an open container, normals that point
+    away from the centroid are.
     """
-    fine, coarse = Poisson.of(points, cell), Poisson.of(points, 2 * cell)
-    first, *others = _initial_normals(points, found, cell)
-    last, led = fixpoint(fine, first), fixpoint(coarse, first)
-    if last.iterations > QUICK:
-        last = fixpoint(fine, led.normals)
-    best = min((fixpoint(coarse, normals) for normals in others), key=lambda each: each.ambiguity)
-    if best.ambiguity < CLEARLY * led.ambiguity:
-        other = fixpoint(fine, best.normals)
-        last = other if other.ambiguity < CLEARLY * last.ambiguity else last
-    return last.field or fine.indicator(last.normals)
+    fine = Poisson.of(points, cell)
+    first, common = _flooded_normals(points, found)
+    best = fixpoint(fine, first)
+    if not best.settled or (dot(best.normals, common) > 0).mean() < MOSTLY:
+        coarse = Poisson.of(points, 2 * cell)
+        away = _opposed_to(found.normals, points.mean(axis=0) - points)
+        others = [fixpoint(coarse, common).normals, common if best.settled else fixpoint(coarse, away).normals]
+        tried = best, *(fixpoint(fine, normals) for normals in others)
+        best = min(tried, key=lambda each: each.spread(found.places, fine.areas))
+    return best.field if best.exact else fine.indicator(best.normals)
 
 
-def _initial_normals(points: Array, found: Planes, cell: float) -> Iterator[Array]:
-    """Yield candidate orientations of the normals, the most likely first."""
-    floods = sorted(_floods(points, found.spacing), key=lambda flood: -flood.enclosed)
-    yield (flooding := _opposed_to(found.normals, _inward(floods[0], points)))
-    if len(floods) > 1:
-        yield _opposed_to(found.normals, _inward(floods[1], points))
-    coarse = float(np.ptp(points, axis=0).max()) / 32
-    radial = _opposed_to(found.normals, points.mean(axis=0) - points)
-    if coarse > 2.5 * cell:
-        problem = Poisson.of(points, coarse)
-        yield fixpoint(problem, radial).normals
-        yield fixpoint(problem, flooding).normals
-    else:
-        yield radial
+def _flooded_normals(points: Array, found: Planes) -> tuple[Array, Array]:
+    """Return the normals oriented by the flood that encloses most, and as by most floods, without the coarsest."""
+    floods = list(_floods(points, found.spacing))
+    votes = [_opposed_to(found.normals, _inward(flood, points)) for flood in floods]
+    common = _opposed_to(found.normals, -np.sum(votes[1:] or votes, axis=0))
+    return votes[int(np.argmax([flood.enclosed for flood in floods]))], common
 
 
 def _floods(points: Array, spacing: float) -> Iterator[Flood]:
