@@ -1,6 +1,6 @@
 """Organs of a frog from a label map.
 
-Twelve organs are reconstructed from a labelled magnetic resonance volume, with the topology each has; then the liver
+Twelve organs are reconstructed from a labeled magnetic resonance volume, with the topology each has; then the liver
 again from a simulated noisy scan. The command `simplexmesh demo` does the same and writes models, report and pictures.
 """
 

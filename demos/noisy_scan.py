@@ -15,7 +15,7 @@ def main(size="large"):
     """Sample a torus, add noise, reconstruct, and return the mean distance to the truth in % of the diagonal."""
     points, vertices = (20_000, 3000) if size == "large" else (5_000, 600)
     rng = np.random.default_rng(0)
-    exact = sm.torus(400, 140, radius=RADIUS, tube_radius=TUBE).triangulated().sampled(points, rng)
+    exact = sm.torus(400, 140, radius=RADIUS, tube_radius=TUBE).triangulated().sampled(points, rng=rng)
     scan = sm.PointCloud(exact.points + rng.normal(scale=0.01 * exact.diagonal, size=exact.points.shape))
     result = sm.reconstruct(scan, vertices=vertices)
     x, y, z = result.mesh.vertices.T

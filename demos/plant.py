@@ -31,7 +31,7 @@ def scan(count, seed=0):
     areas = np.array([shape.triangulated().area for shape in shapes])
     found = []
     for shape, share in zip(shapes, np.sqrt(areas) / np.sqrt(areas).sum(), strict=True):
-        on = shape.sample(int(share * count), rng=rng)
+        on = shape.sampled(int(share * count), rng=rng).points
         found.append(on + NOISE * rng.normal(size=(len(on), 1)) * shape.gradient(on))
     points = np.concatenate(found)
     return np.concatenate([points, rng.uniform(points.min(axis=0), points.max(axis=0), (int(STRAY * count), 3))])

@@ -20,7 +20,7 @@ def main(size="large"):
     turn = np.arctan2(disk.vertices[:, 1], disk.vertices[:, 0]) - np.arctan2(*disk.vertices[pins[0], 1::-1])
     radius = np.linalg.norm(disk.vertices, axis=1)
     bent = disk.moved(disk.vertices + HEIGHT * (radius**2 * np.cos(2 * turn))[:, None] * [0, 0, 1])
-    held = sm.pinned(rim, picked=pins)
+    held = sm.pinned(rim, at=pins)
     film = {"mean_curvature": 0.0}
     surfaces = {
         "corners": at_rest(bent, [held, sm.smooth(rim, continuity="normal", **film)]),

@@ -28,7 +28,7 @@ def main(size="large"):
         start[ring.vertices] = np.stack([radius * np.cos(at), radius * np.sin(at), wavy], axis=1)
         if name in ANGLES:
             four = ring.vertices[np.arange(4) * len(ring) // 4]
-            conditions += [sm.pinned(name, picked=four), sm.smooth(name, tangent=ANGLES[name])]
+            conditions += [sm.pinned(name, at=four), sm.smooth(name, tangent=ANGLES[name])]
         else:
             conditions += [sm.pinned(name), sm.smooth(name, mean_curvature=0.0)]
     model = sm.DeformableModel(tube.moved(start), damping=0.1, contours=conditions)

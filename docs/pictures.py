@@ -278,7 +278,7 @@ def recognized():
             if best.name != name:
                 raise RuntimeError(f"the view of {name} was recognized as {best.name}")
             T = picture_axes(toward, up)
-            placed = sm.PointCloud(view).transformed(T @ np.linalg.inv(best.T_scan_model))
+            placed = sm.PointCloud(view).transformed(T @ np.linalg.inv(best.T_target_source))
             plotter.subplot(0, column)
             title = f"{name}, score {best.score:.2f}"
             sm.plot.surface(model.transformed(T), color=MODEL, edges=False, title=title, plotter=plotter)

@@ -36,6 +36,7 @@ _HOME = {
     "mesh.operators.results": ["Edited", "Batch"],
     "mesh.operators.seams": ["Seam"],
     "mesh.check": ["Report"],
+    "mesh.triangles.topology": ["Topology"],
     # II   the data
     "data.volume": ["Volume"],
     "data.points": ["PointCloud"],
@@ -50,7 +51,8 @@ _HOME = {
     "motion.model.deform": ["DeformableModel"],
     "motion.model.conditions": ["Condition", "pinned", "crease", "smooth"],
     "recognition.scans.reconstruct": ["reconstruct"],  # `motion.reconstruct.pipeline`, with the poses of scans
-    "motion.reconstruct.result": ["Reconstruction", "Distance", "Summary"],
+    "motion.reconstruct.result": ["Reconstruction", "Distance", "Summary", "TopologyRecord"],
+    "motion.start.report": ["StartReport"],
     "motion.density.refine": ["refine"],
     "motion.density.redistribute": ["redistribute"],
     "motion.topology.holes": ["open_holes", "Opened", "HoleProposal"],
@@ -95,7 +97,10 @@ _HOME = {
     "cloud.extraction.result": ["Extraction"],
     "cloud.fitting.fit": ["fit_primitive"],
     "cloud.pipes.follow": ["follow_pipe"],
-    "cloud.pipes.line": ["PipeElement", "PipeLine"],
+    "cloud.validation.validation": ["Validation"],
+    "cloud.validation.outcome": ["Outcome"],
+    "cloud.pipes.line": ["Deviations", "PipeElement", "PipeLine"],
+    "cloud.pipes.chain": ["Chain", "Feet"],
     "cloud.pipes.plant": ["Plant", "extract_pipes"],
 }
 _MODULE = {name: f"simplexmesh.{module}" for module, names in _HOME.items() for name in names}
@@ -115,11 +120,16 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh.cloud.extraction.extract import extract_primitives as extract_primitives
     from simplexmesh.cloud.extraction.result import Extraction as Extraction
     from simplexmesh.cloud.fitting.fit import fit_primitive as fit_primitive
+    from simplexmesh.cloud.pipes.chain import Chain as Chain
+    from simplexmesh.cloud.pipes.chain import Feet as Feet
     from simplexmesh.cloud.pipes.follow import follow_pipe as follow_pipe
+    from simplexmesh.cloud.pipes.line import Deviations as Deviations
     from simplexmesh.cloud.pipes.line import PipeElement as PipeElement
     from simplexmesh.cloud.pipes.line import PipeLine as PipeLine
     from simplexmesh.cloud.pipes.plant import Plant as Plant
     from simplexmesh.cloud.pipes.plant import extract_pipes as extract_pipes
+    from simplexmesh.cloud.validation.outcome import Outcome as Outcome
+    from simplexmesh.cloud.validation.validation import Validation as Validation
     from simplexmesh.data import primitives as primitives
     from simplexmesh.data.cutting.boolean import boolean as boolean
     from simplexmesh.data.cutting.clipping import clipped as clipped
@@ -162,6 +172,7 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh.mesh.shapes import sphere as sphere
     from simplexmesh.mesh.shapes import torus as torus
     from simplexmesh.mesh.simplex_mesh import SimplexMesh as SimplexMesh
+    from simplexmesh.mesh.triangles.topology import Topology as Topology
     from simplexmesh.motion import targets as targets
     from simplexmesh.motion.density.redistribute import redistribute as redistribute
     from simplexmesh.motion.density.refine import refine as refine
@@ -178,6 +189,8 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh.motion.reconstruct.result import Distance as Distance
     from simplexmesh.motion.reconstruct.result import Reconstruction as Reconstruction
     from simplexmesh.motion.reconstruct.result import Summary as Summary
+    from simplexmesh.motion.reconstruct.result import TopologyRecord as TopologyRecord
+    from simplexmesh.motion.start.report import StartReport as StartReport
     from simplexmesh.motion.topology.handles import Handled as Handled
     from simplexmesh.motion.topology.handles import HandleProposal as HandleProposal
     from simplexmesh.motion.topology.handles import add_handles as add_handles

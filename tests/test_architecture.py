@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
@@ -13,6 +14,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1] / "simplexmesh"
 TESTS = Path(__file__).parent
+ARCHITECTURE = (ROOT.parent / "docs/architecture.md").read_text(encoding="utf-8")
 
 # Room -> the rooms it may import from, besides itself; the front is the package as users see it.
 BASE = {"_base", "numerics"}
@@ -40,8 +42,13 @@ UPWARD = {
     ("mesh/simplex_mesh.py", "simplexmesh.surface.curvature.estimate"): "users look for mesh.mean_curvature on it",
 }
 
-# Modules that import each other: none.
-CIRCLES: set[frozenset[str]] = set()
+# Of these, those that close circles: the package below is called back by what is above. Nothing else does.
+CIRCLES = {
+    ("_base/html.py", "simplexmesh.plot.surface"): "plot.surface draws meshes, whose cards are html",
+    ("_base/units.py", "simplexmesh.data.io.writing"): "writing asks for colors, which are named arrays with a unit",
+    ("_base/named_arrays.py", "simplexmesh.data.exporting"): "exporting asks for colors, which are named arrays",
+    ("mesh/simplex_mesh.py", "simplexmesh.surface.curvature.estimate"): "curvature is measured on simplex meshes",
+}
 
 # Heavy or special library -> the files that may name it, as patterns; `/` starts at the package.
 # NumPy and the standard library are free.
@@ -49,19 +56,19 @@ DOORS = {
     "numba": ["_kernels*.py"],
     "igl": ["/mesh/decimation/certified.py", "/motion/targets/triangles.py", "/surface/curvature/classic/principal.py"],
     "skimage": ["/motion/start/solid_mesh.py"],
-    "SimpleITK": ["/data/io/itk.py", "/data/io/writing.py"],
+    "SimpleITK": ["/data/io/itk.py"],
     "plyfile": ["/data/io/ply.py"],
     "laspy": ["/data/io/survey/las.py"],
     "lazrs": ["/data/io/survey/las.py"],
     "pye57": ["/data/io/survey/e57.py"],
     "OCP": ["/cloud/step.py"],
     "pyvista": [
-        *("/plot/*.py", "/bench/charts.py", "/data/io/vtk.py", "/data/conversion.py", "/data/io/writing.py"),
+        *("/plot/*.py", "/bench/charts.py", "/data/io/vtk.py", "/data/conversion.py", "/data/io/polydata.py"),
         *("/cli/*.py", "/cloud/extraction/result.py", "/data/primitives/curve.py"),
     ],
     "vtkmodules": [
-        *("/data/io/vtk.py", "/data/io/polydata.py", "/data/io/integrity/apart.py", "/data/cutting/clipping.py"),
-        "/plot/stage.py",
+        *("/data/io/vtk.py", "/data/io/polydata.py", "/data/io/obj.py", "/data/io/integrity/apart.py"),
+        *("/data/cutting/clipping.py", "/plot/stage.py"),
     ],
     "trame_vtk": ["/plot/stage.py"],
     "trimesh": ["/data/exporting.py"],
@@ -72,7 +79,6 @@ DOORS = {
     "typer": ["/cli/*.py"],
     "importlib": [  # imports by name hide
         *("/__init__.py", "/_base/html.py", "/mesh/simplex_mesh.py", "/motion/targets/__init__.py"),
-        "/surface/registry.py",
     ],
 }
 FREE = (set(sys.stdlib_module_names) - set(DOORS)) | {"numpy"}
@@ -80,6 +86,12 @@ FREE = (set(sys.stdlib_module_names) - set(DOORS)) | {"numpy"}
 MOST_FILES = 15
 LONGEST_FILE = 400
 LONGEST_BODY = 70
+MOST_PARAMETERS = 8
+COMMANDS = {"command", "primitives", "pipes"}
+"""Functions of `cli` whose parameters are the options of a command."""
+
+SAME_DOOR = {"motion/reconstruct/pipeline.py": "simplexmesh.recognition.scans.reconstruct"}
+"""Files whose functions another one makes public."""
 
 
 def files() -> list[Path]:
@@ -87,14 +99,22 @@ def files() -> list[Path]:
 
 
 def imports(source: str) -> Iterator[str]:
-    """Every module or name a source imports, wherever in the file; imports for type checkers only are left out."""
+    """Every module or name a source imports, wherever in the file; imports for type checkers only are left out.
+
+    Where an import names what is only known when it runs, these tell what it may be.
+    """
     nodes = list(ast.walk(ast.parse(source)))
+    by_name = [node.args[0] for node in nodes if isinstance(node, ast.Call) and node.args and is_import(node)]
     unreal = {
         inner
         for node in nodes
         if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
         for inner in ast.walk(node)
     }
+    if not all(isinstance(named, ast.Constant) for named in by_name):
+        if not unreal:
+            raise ValueError("an import by name without a list for type checkers")
+        unreal = set()
     for node in nodes:
         if node in unreal:
             continue
@@ -102,10 +122,12 @@ def imports(source: str) -> Iterator[str]:
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
             yield from (f"{'.' * node.level}{node.module or ''}.{alias.name}" for alias in node.names)
-        elif isinstance(node, ast.Call) and node.args and isinstance(node.args[0], ast.Constant):
-            called = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
-            if called in {"import_module", "__import__"}:
-                yield str(node.args[0].value)
+    yield from (str(named.value) for named in by_name if isinstance(named, ast.Constant))
+
+
+def is_import(call: ast.Call) -> bool:
+    called = call.func.attr if isinstance(call.func, ast.Attribute) else getattr(call.func, "id", "")
+    return called in {"import_module", "__import__"}
 
 
 def place_of(path: Path) -> str:
@@ -130,8 +152,7 @@ def wrong_directions(place: str, names: Iterable[str]) -> list[str]:
             found.append(f"{place}: write absolute imports, not {name}")
         elif head == "simplexmesh" and place != "__init__.py":
             above = tail[0] if tail and tail[0] in BELOW else "front"
-            reason = any(place == here and f"{name}.".startswith(f"{there}.") for here, there in UPWARD)
-            if above != room(place) and above not in BELOW.get(room(place), set()) and not reason:
+            if above != room(place) and above not in BELOW.get(room(place), set()) and not is_upward(place, name):
                 found.append(f"{place}: {room(place)} must not import {name}")
     return found
 
@@ -149,21 +170,35 @@ def wrong_doors(place: str, names: Iterable[str]) -> list[str]:
     return found
 
 
-def module_names() -> dict[str, Path]:
-    return {"simplexmesh." + ".".join(path.relative_to(ROOT).with_suffix("").parts): path for path in files()}
+def module_of(place: str) -> str:
+    """The name of a file as it is imported; that of a package is of its `__init__`."""
+    return ".".join(PurePosixPath("simplexmesh", place).with_suffix("").parts).removesuffix(".__init__")
 
 
-def module_graph() -> dict[str, set[str]]:
-    """Which of our modules each of them imports; the imports that point up happen later, in the call of a method."""
-    known = module_names()
+def loaded_with(name: str, module: str, known: Mapping[str, Path]) -> set[str]:
+    """The module that an imported name is or is in, and the packages loaded on the way to it from another module."""
+    parts = name.split(".")
+    on_the_way = [".".join(parts[:k]) for k in range(1, len(parts) + 1)]
+    found = [each for each in on_the_way if each in known]
+    return {each for each in found if each == found[-1] or not f"{module}.".startswith(f"{each}.")} - {module}
+
+
+def module_graph(*, upward: bool) -> dict[str, set[str]]:
+    """Which of our modules each of them imports, whenever it does, with or without the imports that point up."""
+    known = {module_of(place_of(path)): path for path in files()}
     return {
         module: {
-            name if name in known else name.rpartition(".")[0]
+            found
             for name in imports_of(path)
-            if {name, name.rpartition(".")[0]} & known.keys() and (place_of(path), name) not in UPWARD
+            if upward or not is_upward(place_of(path), name)
+            for found in loaded_with(name, module, known)
         }
         for module, path in known.items()
     }
+
+
+def is_upward(place: str, name: str) -> bool:
+    return any(place == here and f"{name}.".startswith(f"{there}.") for here, there in UPWARD)
 
 
 def reached_from(start: str, graph: Mapping[str, set[str]]) -> set[str]:
@@ -204,6 +239,33 @@ def long_functions(source: str) -> list[str]:
     return [f"{f.name} has {body_lines(f)} lines" for f in functions if body_lines(f) > LONGEST_BODY]
 
 
+def public_names(place: str) -> set[str]:
+    """The public functions and classes of a file, and its commands."""
+    found = set()
+    for package in ("", "motion/targets/", "data/primitives/", "plot/"):
+        for node in ast.walk(ast.parse((ROOT / package / "__init__.py").read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and node.module in {module_of(place), SAME_DOOR.get(place)}:
+                found |= {alias.name for alias in node.names}
+    return found | (COMMANDS if room(place) == "cli" else set())
+
+
+def parameter_count(function: ast.FunctionDef) -> int:
+    """How many parameters a function has besides the object it is a method of."""
+    given = function.args
+    names = {each.arg for each in (*given.posonlyargs, *given.args, *given.kwonlyargs)} - {"self", "cls"}
+    return len(names) + bool(given.vararg) + bool(given.kwarg)
+
+
+def wide_functions(source: str, public: Iterable[str] = ()) -> list[str]:
+    """The functions of more parameters than a reader holds in mind, but for those of some names or classes."""
+    tree = ast.parse(source)
+    doors = [n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef | ast.ClassDef) and n.name in {*public}]
+    free = {inner for door in doors for inner in (door, *(door.body if isinstance(door, ast.ClassDef) else ()))}
+    functions = [n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef) and n not in free]
+    counts = [(f.name, parameter_count(f)) for f in functions]
+    return [f"{name} has {count} parameters" for name, count in counts if count > MOST_PARAMETERS]
+
+
 def test_imports_point_downward():
     assert [wrong for path in files() for wrong in wrong_directions(place_of(path), imports_of(path))] == []
 
@@ -226,8 +288,35 @@ def test_every_file_is_in_a_room():
     assert {room(place_of(path)) for path in files()} - set(BELOW) == {"__init__"}
 
 
-def test_the_only_circles_are_those_named():
-    assert circles(module_graph()) == CIRCLES
+def test_only_imports_that_point_up_close_circles():
+    assert circles(module_graph(upward=False)) == set()
+
+
+def test_the_imports_that_close_circles_are_those_named():
+    graph = module_graph(upward=True)
+    closing = {(here, there) for here, there in UPWARD if module_of(here) in reached_from(there, graph)}
+    assert closing == set(CIRCLES)
+
+
+def test_only_public_doors_are_wide():
+    sources = {place_of(path): path.read_text(encoding="utf-8") for path in files()}
+    found = {place: wide_functions(source, public_names(place)) for place, source in sources.items()}
+    assert {place: wide for place, wide in found.items() if wide} == {}
+
+
+@pytest.mark.parametrize("folder", ["numerics", "mesh/decimation"])
+def test_the_files_of_rooms_that_others_stand_on_are_listed(folder):
+    listed = ARCHITECTURE.partition(f"| file of `{folder}` |")[2].partition("\n\n")[0]
+    stems = {path.stem for path in files() if path.parent == ROOT / folder} - {"__init__"}
+    assert set(re.findall(r"`(\w+)`", " ".join(row.split("|")[1] for row in listed.splitlines()[2:]))) == stems
+
+
+def test_every_place_that_the_page_sends_to_is_there():
+    """Files and folders, from the package or the room that is told of on."""
+    there = [f"/{path.relative_to(ROOT.parent).as_posix()}/" for top in (ROOT, TESTS) for path in top.rglob("*")]
+    places = set(re.findall(r"`((?:\w+/)+(?:\w+(?:\.py)?)?|\w+\.py)`", ARCHITECTURE))
+    assert len(places) > 40
+    assert {p for p in places if not any(each.endswith((f"/{p.strip('/')}/", f"/{p}.py/")) for each in there)} == set()
 
 
 def test_no_folder_is_crowded():
@@ -302,6 +391,27 @@ def test_a_planted_circle_is_seen():
     assert circles({"a": {"b"}, "b": {"c"}, "c": {"b"}}) == {frozenset({"b", "c"})}
     assert circles({"a": {"a"}, "b": {"c"}, "c": {"d"}, "d": {"b"}}) == {frozenset("a"), frozenset("bcd")}
     assert circles({"a": {"b", "c"}, "b": {"c"}, "c": set()}) == set()
+
+
+def test_imports_run_the_packages_they_come_through():
+    known = dict.fromkeys(["simplexmesh", "simplexmesh.a", "simplexmesh.a.b", "simplexmesh.c.d"])
+    assert loaded_with("simplexmesh.a.b.f", "simplexmesh.c.d", known) == {"simplexmesh.a", "simplexmesh.a.b"}
+    assert loaded_with("simplexmesh.a.b.f", "simplexmesh.a.e", known) == {"simplexmesh.a.b"}
+    assert loaded_with("simplexmesh.a.f", "simplexmesh.a.b", known) == {"simplexmesh.a"}
+
+
+def test_what_is_imported_by_name_is_seen():
+    hidden = "import importlib\ndef f(x):\n    return importlib.import_module(f'simplexmesh.{x}')\n"
+    with pytest.raises(ValueError, match="without a list"):
+        list(imports(hidden))
+    assert "simplexmesh.plot" in imports(f"if TYPE_CHECKING:\n    import simplexmesh.plot\n{hidden}")
+
+
+def test_planted_wide_functions_are_seen():
+    names = ", ".join(f"x{i}" for i in range(MOST_PARAMETERS))
+    wide = f"def f(self, {names}): ...\nclass A:\n    def g(self, {names}, *, last=0): ...\ndef h({names}, *x): ..."
+    assert wide_functions(wide) == ["h has 9 parameters", "g has 9 parameters"]
+    assert wide_functions(wide, ["A", "h"]) == []
 
 
 def test_a_planted_crowd_is_seen():

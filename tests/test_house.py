@@ -22,7 +22,8 @@ TEXT = {".py", ".md", ".toml", ".sh", ".yml", ".cfg", ".txt", ""}
 
 RESULTS = {  # shown by the examples of what returns them
     *("Edited", "Batch", "Cut", "Joined", "Seam", "Regularized", "State", "Refined", "Round", "Opened", "Handled"),
-    *("HandleProposal", "Distance", "Rings", "Ball", "Nearest"),
+    *("HandleProposal", "Distance", "Rings", "Ball", "Nearest", "StartReport", "TopologyRecord", "Topology"),
+    *("Chain", "Feet", "Validation"),
 }
 
 
@@ -116,14 +117,37 @@ def test_every_room_says_what_it_is(name):
     assert (import_module(f"simplexmesh.{name}").__doc__ or "").startswith("Chapter ")
 
 
-def test_only_one_class_has_the_name_of_a_public_one():
-    homes = {}
-    for path in (REPOSITORY / "simplexmesh").rglob("*.py"):
-        if path.parent.name == "primitives":  # which have a namespace of their own
-            continue
-        if not path.name.startswith("_kernels"):
-            for name in re.findall(r"^\s*class (\w+)", path.read_text(encoding="utf-8"), re.MULTILINE):
-                homes.setdefault(name, []).append(path.name)
-    public = {name for name in sm.__all__ if inspect.isclass(getattr(sm, name))}
-    assert len(public) > 20
-    assert {name: homes[name] for name in public if len(homes[name]) > 1} == {}
+def named_types(source: str) -> set[str]:
+    """The classes that a source defines, and the aliases of types; not its type variables."""
+    aliases = re.findall(r"^([A-Z]\w*[a-z]\w*)(?:: TypeAlias)? = (?!TypeVar|ParamSpec)", source, re.MULTILINE)
+    return {*aliases, *re.findall(r"^\s*class (\w+)", source, re.MULTILINE)}
+
+
+def homes() -> dict[str, list[str]]:
+    """The files that define a type, for every name of one."""
+    found: dict[str, list[str]] = {}
+    for path in sorted((REPOSITORY / "simplexmesh").rglob("*.py")):
+        for name in named_types(path.read_text(encoding="utf-8")):
+            found.setdefault(name, []).append(path.relative_to(REPOSITORY / "simplexmesh").as_posix())
+    return found
+
+
+def test_only_one_type_has_the_name_of_a_public_one():
+    public = {
+        name
+        for room in (sm, sm.targets, sm.primitives)
+        for name in room.__all__
+        if inspect.isclass(getattr(room, name))
+    }
+    assert len(public) > 40
+    assert {name: where for name, where in homes().items() if name in public and len(where) > 1} == {}
+
+
+def test_only_one_type_of_a_room_has_its_name():
+    rooms = {name: [place.partition("/")[0] for place in where] for name, where in homes().items()}
+    assert {name: homes()[name] for name, each in rooms.items() if len(each) > len({*each})} == {}
+
+
+def test_a_planted_type_is_seen():
+    source = "class Report(NamedTuple):\n    x: int\nFit = tuple[int, int]\nMOST = 3\nSelf = TypeVar('Self')\n"
+    assert named_types(source) == {"Report", "Fit"}

@@ -183,10 +183,10 @@ def instance(name: str, value: Any, kind: type[Kind]) -> Kind:
 
 
 def type_name(value: Any) -> str:
-    """Return the name of an object's type, with its library if this is another one: it may have our names."""
+    """Return the name of an object's type, or what it says instead, with its library if this is another one."""
     library = type(value).__module__.partition(".")[0]
     own = library in ("builtins", "numpy", "simplexmesh", "__main__")
-    return type(value).__name__ if own else f"{library}.{type(value).__name__}"
+    return getattr(value, "_named", type(value).__name__) if own else f"{library}.{type(value).__name__}"
 
 
 def size(name: str, bounds: Array) -> None:

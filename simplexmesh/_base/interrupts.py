@@ -8,7 +8,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from simplexmesh._base.progress import Report
+from simplexmesh._base.progress import Progress
 
 DELAY = 1.0
 """Seconds after which a Ctrl-C that has not taken effect is acknowledged."""
@@ -76,7 +76,7 @@ class Interrupts:
         if self._timer is not None:
             self._timer.cancel()
 
-    def checking(self, report: Report) -> Report:
+    def checking(self, report: Progress) -> Progress:
         """Return the progress callback with a check for Ctrl-C at each call."""
 
         def reported(share: float, message: str) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 
 COMPILING = "compiling, this first time"
 
-Report = Callable[[float, str], None]
+Progress = Callable[[float, str], None]
 """Called with the fraction done, 0 to 1, and a message."""
 
 
@@ -25,32 +25,31 @@ def announce_compiling() -> None:
         announce()
 
 
-def part_of(report: Report, low: float, high: float) -> Report:
+def part_of(report: Progress, low: float, high: float) -> Progress:
     """Return a function whose reports from 0 to 1 are a part of the whole."""
     return lambda fraction, message: report(low + (high - low) * fraction, message)
 
 
 @contextmanager
-def reporting(progress: bool | Report) -> Iterator[Report]:  # noqa: FBT001  the caller's own keyword
+def reporting(progress: bool | Progress, title: str) -> Iterator[Progress]:  # noqa: FBT001  the caller's own keyword
     """Yield a function to report to: the user's, one that updates a bar on the terminal or notebook, or a dummy."""
+    from simplexmesh._base import checks  # late, as it imports NumPy
+
     if callable(progress):
         yield progress
-    elif progress:
+    elif checks.flag("progress", progress):
         from rich.console import Console
-        from rich.progress import Progress
+        from rich.progress import Progress as Bar
 
         console = Console()
-        with (
-            Progress(console=console, transient=not console.is_jupyter) as bar,
-            bar_reporting(bar, "reconstructing") as report,
-        ):
+        with Bar(console=console, transient=not console.is_jupyter) as bar, bar_reporting(bar, title) as report:
             yield report
     else:
         yield _silent
 
 
 @contextmanager
-def bar_reporting(bar: Any, title: str, prefix: str = "") -> Iterator[Report]:
+def bar_reporting(bar: Any, title: str) -> Iterator[Progress]:
     """Yield a function that updates a `rich` progress bar, which also shows when kernels are being compiled."""
     from simplexmesh._base._kernels_compiled import compiling
 
@@ -59,7 +58,7 @@ def bar_reporting(bar: Any, title: str, prefix: str = "") -> Iterator[Report]:
 
     def update(fraction: float, message: str) -> None:
         nonlocal description
-        description = prefix + message
+        description = f"{title}: {message}"
         bar.update(task, completed=fraction, description=description)
 
     def begun() -> None:

@@ -117,7 +117,7 @@ class InUnits:
         """
         from simplexmesh.data.io import writing
 
-        writing.save(path, self)
+        writing.write(path, self)
 
     def to_pyvista(self) -> Any:
         """Return a `pyvista.PolyData` with the data, of points with their normals; of a volume, `ImageData`."""

@@ -9,7 +9,7 @@ import numpy as np
 
 import simplexmesh
 from simplexmesh.bench.report import TITLE
-from simplexmesh.bench.tables import as_markdown, formatted, pivoted
+from simplexmesh.bench.tables import Rows, as_markdown, formatted, pivoted
 from simplexmesh.bench.trials import meshes, ratings
 from simplexmesh.bench.trials.curve import Curve
 from simplexmesh.bench.trials.published import CRITERIA, OTHERS, THESIS
@@ -17,7 +17,6 @@ from simplexmesh.bench.trials.published import CRITERIA, OTHERS, THESIS
 if TYPE_CHECKING:
     from simplexmesh.bench.run import Results
 
-Rows = Sequence[dict[str, Any]]
 
 KINDS = {"curvature": "Curvatures", "normals": "Normals"}
 NUMBERS = ("method", "at a point", "on meshes", "worst on a mesh", "right limits", "converge", "order", "spread")

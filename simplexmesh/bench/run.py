@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from simplexmesh._base.interrupts import held_interrupts
+from simplexmesh._base.progress import Progress
 from simplexmesh.bench import pictures
 from simplexmesh.bench.page import index
 from simplexmesh.bench.report import INDEX
@@ -18,9 +19,6 @@ from simplexmesh.bench.trials.pointwise import Pointwise, rows_of, spreads, tilt
 from simplexmesh.bench.truth.graphs import Graph
 from simplexmesh.plot.stage import picture
 
-Report = Callable[[float, str], None]
-Rows = list[dict[str, Any]]
-
 
 @dataclass
 class Results:
@@ -28,15 +26,15 @@ class Results:
 
     names: Mapping[str, Sequence[str]]
     curves: dict[str, list[Curve]] = field(default_factory=dict)
-    meshes: Rows = field(default_factory=list)
-    tilts: Rows = field(default_factory=list)
-    tori: Rows = field(default_factory=list)
-    border: Rows = field(default_factory=list)
-    ratings: dict[str, Rows] = field(default_factory=dict)
+    meshes: list[dict[str, Any]] = field(default_factory=list)
+    tilts: list[dict[str, Any]] = field(default_factory=list)
+    tori: list[dict[str, Any]] = field(default_factory=list)
+    border: list[dict[str, Any]] = field(default_factory=list)
+    ratings: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
 
 
 def measured(
-    surfaces: Sequence[Graph], names: Mapping[str, Sequence[str]], report: Report, *, quick: bool = False
+    surfaces: Sequence[Graph], names: Mapping[str, Sequence[str]], report: Progress, *, quick: bool = False
 ) -> Results:
     """Run all trials; a quick run has smaller meshes and one size of torus, and the same ratings."""
     found = Results(names)
@@ -64,7 +62,7 @@ def measured(
     return found
 
 
-def write(found: Results, folder: Path, report: Report, *, quick: bool = False) -> None:
+def write(found: Results, folder: Path, report: Progress, *, quick: bool = False) -> None:
     """Write the tables, figures and page to an existing folder."""
     curves = [*found.curves["curvature"], *found.curves["normals"]]
     tables = {

@@ -1,4 +1,4 @@
-"""`simplexmesh demo`: organs of a frog from a labelled volume, one of them also from a noisy scan."""
+"""`simplexmesh demo`: organs of a frog from a labeled volume, one of them also from a noisy scan."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def command(
     size: Annotated[str, typer.Option(help="large (twelve organs) or small (two, coarse).")] = "large",
     json: report.Json = False,
 ) -> str | None:
-    """Reconstruct organs of a frog from a labelled MR volume, and one of them from a noisy scan."""
+    """Reconstruct organs of a frog from a labeled MR volume, and one of them from a noisy scan."""
     from simplexmesh._base import checks
     from simplexmesh.cli import frog
 

@@ -31,7 +31,7 @@ def command(
         float | None, typer.Option(help="Least angle of a sharp edge, in degrees; the default sees the noise.")
     ] = None,
     tolerance: Annotated[
-        float | None, typer.Option(help="Also divide where the curvature differs by this, per unit of the file.")
+        float | None, typer.Option(help="Also divide where the curvature, 1 / length, differs by this.")
     ] = None,
     picture: report.Picture = None,
     side: report.View = "iso",

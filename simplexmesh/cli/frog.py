@@ -1,4 +1,4 @@
-"""Reconstruction of organs of a frog from a labelled magnetic resonance volume, and of one of them from a noisy scan.
+"""Reconstruction of organs of a frog from a labeled magnetic resonance volume, and of one of them from a noisy scan.
 
 The volume comes with PyVista; its labels are those of the *VTK User's Guide*. `demos/frog.py` runs this module too.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,10 +15,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import simplexmesh as sm
+from simplexmesh._base.progress import Progress
 from simplexmesh.data.json_text import json_text
 from simplexmesh.motion.targets.triangles import surface_distance
-
-Report = Callable[[float, str], None]
 
 
 class Organ(NamedTuple):
@@ -51,7 +50,7 @@ NOISE = 0.005
 """Standard deviation of the scan's noise along each axis, as a share of its diagonal."""
 
 
-def main(size: str = "large", progress: Report | None = None) -> dict[str, Any]:
+def main(size: str = "large", progress: Progress | None = None) -> dict[str, Any]:
     """Reconstruct the organs, then one of them from a simulated scan."""
     organs, scanned, points = (ORGANS, SCANNED, 20_000) if size == "large" else (SMALL, "kidney", 4_000)
     report = progress or (lambda fraction, message: None)
@@ -90,7 +89,7 @@ def warnings_prefixed(name: str) -> Iterator[None]:
 
 
 def frog() -> Any:
-    """Return the labelled volume of the frog that comes with PyVista."""
+    """Return the labeled volume of the frog that comes with PyVista."""
     import pyvista
     from pyvista import examples
 

@@ -147,11 +147,11 @@ def recognize(
         if found:
             first, surface = found[0], {"level": level, "label": label, "inside": inside}
             titles = (f"the scan, and {first.name} as stored in the library", f"{first.name} in the pose found")
-            placed = models.points(first.name), data, first.T_scan_model
+            placed = models.points(first.name), data, first.T_target_source
             report.draw(picture, lambda plot: plot.overlay(*placed, titles=titles, **surface))
     if not found:
         report.note("no model of the library fits")
-    each = ("name", "score", "overlap", "error", "T_scan_model")
+    each = ("name", "score", "overlap", "error", "T_target_source")
     facts = {"models": [{name: getattr(one, name) for name in each} for one in found], "seconds": round(seconds, 3)}
     rows = {
         f"{place}. {one.name}": f"score {one.score:.2f}, overlap {one.overlap:.0%}, error {one.error:.3g}"

@@ -18,27 +18,27 @@ KINDS = "plane,sphere,cylinder,cone,torus"
 ROWS = 30
 """Shapes in the table; the JSON report has all."""
 
-Points = Annotated[Path, typer.Argument(metavar="INPUT", help="Points: .ply, .xyz, .pcd, .las, .laz, .e57, ...")]
+PointsPath = Annotated[Path, typer.Argument(metavar="INPUT", help="Points: .ply, .xyz, .pcd, .las, .laz, .e57, ...")]
 Output = Annotated[Path | None, typer.Option("--output", "-o", help="File to write: .json, with all parameters.")]
 Mesh = Annotated[Path | None, typer.Option("--mesh", help="Write the surfaces: .vtp, .ply, .obj, .off, .stl.")]
 Step = Annotated[Path | None, typer.Option("--step", help="Write exact surfaces, or solids of pipes: .step, .stp.")]
-Labelled = Annotated[
+Labeled = Annotated[
     Path | None,
-    typer.Option("--labelled", help="Write all points with their labels: .laz, .las, .e57, .ply, .vtp."),
+    typer.Option("--labeled", "--labelled", help="Write all points with their labels: .laz, .las, .e57, .ply, .vtp."),
 ]
-Unit = Annotated[str | None, typer.Option(help="Unit of the points, where the file does not say: m, mm, ...")]
+PointsUnit = Annotated[str | None, typer.Option(help="Unit of the points, where the file does not say: m, mm, ...")]
 STEPS, CLOUDS = (".step", ".stp"), (".laz", ".las", ".e57", ".ply", ".vtp")
 
 
 def primitives(
-    path: Points,
+    path: PointsPath,
     output: Output = None,
     kinds: Annotated[str, typer.Option(help="Kinds to look for, separated by commas.")] = KINDS,
     noise: Annotated[float | None, typer.Option(help="Deviation of the points, in the file's unit; else seen.")] = None,
     mesh: Mesh = None,
     step: Step = None,
-    labelled: Labelled = None,
-    unit: Unit = None,
+    labeled: Labeled = None,
+    unit: PointsUnit = None,
     picture: report.Picture = None,
     side: report.View = "iso",
     up: report.Up = "auto",
@@ -46,7 +46,7 @@ def primitives(
 ) -> int:
     """Find the planes, spheres, cylinders, cones and tori that points are on."""
     files = {"--output": (output, (".json",)), "--mesh": (mesh, report.MODELS)}
-    targets = _targets(path, files | {"--step": (step, STEPS), "--labelled": (labelled, CLOUDS)}, picture)
+    targets = _targets(path, files | {"--step": (step, STEPS), "--labeled": (labeled, CLOUDS)}, picture)
     camera = _camera(side, up)
     with report.work("primitives", wanted=not json) as (interrupts, reported):
         from simplexmesh.cloud.extraction.extract import extract_primitives
@@ -66,15 +66,15 @@ def primitives(
 
 
 def pipes(
-    path: Points,
+    path: PointsPath,
     output: Output = None,
     bill: Annotated[Path | None, typer.Option("--table", help="Write a bill of materials: .csv.")] = None,
     pick: Annotated[str | None, typer.Option(help="Only the pipe at this point: x,y,z.")] = None,
     radius: Annotated[float | None, typer.Option(help="Radius of the pipes, in the file's unit, if known.")] = None,
     mesh: Mesh = None,
     step: Step = None,
-    labelled: Labelled = None,
-    unit: Unit = None,
+    labeled: Labeled = None,
+    unit: PointsUnit = None,
     picture: report.Picture = None,
     side: report.View = "iso",
     up: report.Up = "auto",
@@ -82,7 +82,7 @@ def pipes(
 ) -> int:
     """Find pipe lines: straight parts, bends, reducers and tees, in order and tangent to one another."""
     files = {"--output": (output, (".json",)), "--table": (bill, (".csv",)), "--mesh": (mesh, report.MODELS)}
-    targets = _targets(path, files | {"--step": (step, STEPS), "--labelled": (labelled, CLOUDS)}, picture)
+    targets = _targets(path, files | {"--step": (step, STEPS), "--labeled": (labeled, CLOUDS)}, picture)
     camera = _camera(side, up)
     at = None if pick is None else _place(pick)
     with report.work("pipes", wanted=not json) as (interrupts, reported):
@@ -168,7 +168,7 @@ def _place(text: str) -> list[float]:
     return place
 
 
-def _write(found: Any, targets: dict[str, Path], labelled: Any) -> None:
+def _write(found: Any, targets: dict[str, Path], labeled: Any) -> None:
     """Write what was found: parameters, a table, surfaces, and the points with their labels."""
     from simplexmesh.data.conversion import as_triangles
 
@@ -180,7 +180,7 @@ def _write(found: Any, targets: dict[str, Path], labelled: Any) -> None:
             if option == "--mesh":
                 as_triangles(surface).save(target)
             else:
-                (labelled if option == "--labelled" else found).save(target)
+                (labeled if option == "--labeled" else found).save(target)
 
 
 def _sizes(shape: dict[str, Any]) -> str:

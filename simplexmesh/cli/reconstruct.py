@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from simplexmesh._base.interrupts import deferred_interrupts
-from simplexmesh._base.progress import Report
+from simplexmesh._base.progress import Progress
 from simplexmesh.cli import report
 
 EXAMPLE = (
@@ -99,7 +99,7 @@ def command(
     return report.KEPT if interrupted else 0
 
 
-def loaded(inputs: list[Path], poses: Path | None, options: dict[str, Any], shown: Report) -> tuple[Any, Any, float]:
+def loaded(inputs: list[Path], poses: Path | None, options: dict[str, Any], shown: Progress) -> tuple[Any, Any, float]:
     """Return the data, of several files joined points, the poses if they were found, and the share of progress."""
     import numpy as np
 

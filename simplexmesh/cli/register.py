@@ -38,14 +38,13 @@ def command(
 
         began = time.perf_counter()
         here, there = read(source), read(target)
-        levels, labels = (_of_volumes(value, here, there) for value in (level, label))
-        found = register(here, there, level=levels, label=labels, inside=inside, progress=reported)
+        surface: dict[str, Any] = {"level": level, "label": label, "inside": inside}
+        found = register(here, there, **surface, progress=reported)
         seconds = time.perf_counter() - began
         interrupts.check()
         if output is not None:
             with report.written_to(output, "the pose"), draft(output) as part:
                 part.write_text(json_text({source.name: found.T_target_source}) + "\n", encoding="utf-8")
-        surface = {"level": level, "label": label, "inside": inside}
         report.draw(picture, lambda plot: plot.overlay(here, there, found.T_target_source, **surface))
     if found.ambiguous:
         report.note("the pose is ambiguous: the objects, or their common part, are symmetric")
@@ -60,17 +59,9 @@ def command(
     report.tell(_facts(found, seconds), f"{source.name} on {target.name}", rows, json=json)
 
 
-def _of_volumes(value: Any, here: Any, there: Any) -> Any:
-    """Return an option as a pair for source and target: where only one is a volume, None for the other."""
-    from simplexmesh.data.volume import Volume
-
-    volumes = [isinstance(each, Volume) for each in (here, there)]
-    return tuple(value if each else None for each in volumes) if any(volumes) else value
-
-
 def _facts(found: Any, seconds: float) -> dict[str, Any]:
     """Return the report of a registration."""
     named = ("T_target_source", "error", "overlap", "score", "ambiguous", "open_motions", "covariance")
-    each = ("T_target_source", "score", "equivalent")
+    each = ("T_target_source", "score", "overlap", "equivalent")
     poses = [{name: getattr(pose, name) for name in each} for pose in found.poses]
     return {name: getattr(found, name) for name in named} | {"poses": poses, "seconds": round(seconds, 3)}

@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from simplexmesh._base.interrupts import Interrupts, deferred_interrupts
-from simplexmesh._base.progress import Report
+from simplexmesh._base.progress import Progress
 from simplexmesh.data.json_text import json_text
 
 MODELS = (".vtp", ".ply", ".obj", ".off", ".stl")
@@ -90,14 +90,14 @@ def as_json(facts: Mapping[str, Any]) -> None:
 
 
 @contextmanager
-def work(title: str, *, wanted: bool = True) -> Iterator[tuple[Interrupts, Report]]:
+def work(title: str, *, wanted: bool = True) -> Iterator[tuple[Interrupts, Progress]]:
     """Show the progress of a command; a Ctrl-C is raised where it reports some, or checks."""
     with deferred_interrupts() as interrupts, progress(title, wanted=wanted) as shown:
         yield interrupts, interrupts.checking(shown)
 
 
 @contextmanager
-def progress(title: str, *, wanted: bool = True) -> Iterator[Report]:
+def progress(title: str, *, wanted: bool = True) -> Iterator[Progress]:
     """Yield a progress callback that draws a bar on standard error; without a terminal it does nothing."""
     from simplexmesh._base._kernels_compiled import announce
 
@@ -106,14 +106,15 @@ def progress(title: str, *, wanted: bool = True) -> Iterator[Report]:
         yield lambda fraction, message: None
         return
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bar
 
     from simplexmesh._base.progress import bar_reporting
 
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %"))
     with (
-        Progress(*columns, TimeElapsedColumn(), console=Console(stderr=True), transient=True) as bar,
-        bar_reporting(bar, title, f"{title}: ") as moved,
+        Bar(*columns, TimeElapsedColumn(), console=Console(stderr=True), transient=True) as bar,
+        bar_reporting(bar, title) as moved,
     ):
         yield moved
 

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._base.arrays import Array
-
-Table = Mapping[str, NDArray[Any]]
+from simplexmesh._base.named_arrays import Data
 
 NORMALS = (("nx", "ny", "nz"), ("normal_x", "normal_y", "normal_z"))
 ALONE = "alone "
@@ -21,18 +20,18 @@ _COLORS = (("red", "green", "blue"), ("diffuse_red", "diffuse_green", "diffuse_b
 _OPACITY = {"red": "alpha", "diffuse_red": "diffuse_alpha", "r": "a"}
 
 
-def points_of(table: Table) -> Array:
+def points_of(table: Data) -> Array:
     """Return the columns x, y and z as points."""
     return _stacked(table, ("x", "y", "z")).astype(np.float64)
 
 
-def normals_of(table: Table) -> Array | None:
+def normals_of(table: Data) -> Array | None:
     """Return the columns of normals, None without any."""
     names = next((triple for triple in NORMALS if {*triple} <= table.keys()), None)
     return None if names is None else _stacked(table, names).astype(np.float64)
 
 
-def data_of(table: Table, alone: Collection[str] = ()) -> dict[str, NDArray[Any]]:
+def data_of(table: Data, alone: Collection[str] = ()) -> dict[str, NDArray[Any]]:
     """Return all other numbers: colors as bytes, columns like `uv_0` and `uv_1` as one array, and the rest `alone`."""
     kept = {name: column for name, column in table.items() if name in alone}
     left = {name: column for name, column in table.items() if column.dtype.kind in "biuf" and name not in kept}
@@ -62,7 +61,7 @@ def as_colors(values: NDArray[Any]) -> NDArray[Any]:
     return values.astype(np.uint8) if low >= 0 and high <= 255 and np.array_equal(values, np.rint(values)) else values
 
 
-def _stacked(table: Table, names: tuple[str, ...]) -> NDArray[Any]:
+def _stacked(table: Data, names: tuple[str, ...]) -> NDArray[Any]:
     return np.stack([table[name] for name in names], axis=1)
 
 

@@ -44,11 +44,11 @@ def as_given(value: Any, name: str = "data") -> Any:
     )
 
 
-def as_volume(value: Any, name: str = "volume") -> Volume:
+def as_volume(value: Any) -> Volume:
     """Return a Volume from any supported input; see `as_data`."""
-    out = as_data(value, name)
+    out = as_data(value, "volume")
     if not isinstance(out, Volume):
-        raise TypeError(f"{name} must be a volume, not {_description(value, out)}")
+        raise TypeError(f"volume must be a volume, not {_description(value, out)}")
     return out
 
 
@@ -127,7 +127,8 @@ def _welded(value: Any) -> Any:
 def _description(value: Any, out: Any) -> str:
     """Return what was given and what it was read as, for messages."""
     if isinstance(value, str | os.PathLike):
-        return f"the {type(out).__name__} in {os.path.basename(os.fspath(value))}"
+        kind, *advice = checks.type_name(out).split(",")
+        return ",".join([f"the {kind} in {os.path.basename(os.fspath(value))}", *advice])
     if type(value) is type(out):
-        return f"a {type(out).__name__}"
-    return f"a {checks.type_name(value)} read as {type(out).__name__}"
+        return f"a {checks.type_name(out)}"
+    return f"a {checks.type_name(value)} read as {checks.type_name(out)}"

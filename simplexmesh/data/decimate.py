@@ -13,7 +13,7 @@ from simplexmesh.mesh.duality import dual
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 
-def decimate(mesh: Any, *, vertices: int | None = None, tolerance: float | None = None) -> Decimated:
+def decimate(surface: Any, *, vertices: int | None = None, tolerance: float | None = None) -> Decimated:
     """Return a mesh of the same shape and topology with fewer vertices.
 
     Edges are removed (T1), the cheapest first. Each face represents a region of the surface, and the cost of an edge is
@@ -28,9 +28,9 @@ def decimate(mesh: Any, *, vertices: int | None = None, tolerance: float | None 
 
     Parameters
     ----------
-    mesh : SimplexMesh, TriangleMesh, PyVista or trimesh object, or path
-        The mesh; for triangles, their dual: vertices in `vertex_map` and in distances are then the triangles and their
-        centroids, see `dual`.
+    surface : SimplexMesh, TriangleMesh, PyVista or trimesh object, or path
+        For triangles, their dual: vertices in `vertex_map` and in distances are then the triangles and their centroids,
+        see `dual`.
     vertices : int, optional
         Number of vertices to keep: even, as it always is in a simplex mesh.
     tolerance : float, optional
@@ -48,7 +48,7 @@ def decimate(mesh: Any, *, vertices: int | None = None, tolerance: float | None 
     Raises
     ------
     TypeError
-        When neither or both of `vertices` and `tolerance` are given, or `mesh` is not a surface.
+        When neither or both of `vertices` and `tolerance` are given, or `surface` is none.
     ValueError
         When `vertices` is odd or larger than the number there is, or `tolerance` is not above 0.
     TopologyError
@@ -81,12 +81,12 @@ def decimate(mesh: Any, *, vertices: int | None = None, tolerance: float | None 
     """
     if (vertices is None) == (tolerance is None):
         raise TypeError("give vertices or tolerance" + ("" if vertices is None else ", not both"))
-    given = as_data(mesh, "mesh")
+    given = as_data(surface, "surface")
     if isinstance(given, TriangleMesh):
         given = dual(given)
     if not isinstance(given, SimplexMesh):
-        where = f" in {os.path.basename(os.fspath(mesh))}" if isinstance(mesh, str | os.PathLike) else ""
+        where = f" in {os.path.basename(os.fspath(surface))}" if isinstance(surface, str | os.PathLike) else ""
         kind = type(given).__name__
-        raise TypeError(f"mesh must be a SimplexMesh or triangles, not the {kind}{where}: see reconstruct")
-    checks.size("mesh", given.bounds)
+        raise TypeError(f"surface must be a SimplexMesh or triangles, not the {kind}{where}: see reconstruct")
+    checks.size("surface", given.bounds)
     return within_tolerance(given, tolerance) if vertices is None else with_vertices(given, vertices)

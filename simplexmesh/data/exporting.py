@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from simplexmesh._base.named_arrays import is_color
+
+if TYPE_CHECKING:
+    from simplexmesh.data.io.polydata import Polygons
 
 EXPORT = "the extra export: pip install 'simplexmesh[export]'"
 
@@ -30,7 +36,7 @@ def to_trimesh(value: Any) -> Any:
     return out
 
 
-def by_trimesh(surface: Any, kind: str) -> bytes:
+def _by_trimesh(surface: Any, kind: str) -> bytes:
     """Return the file that trimesh makes of a triangle mesh: "glb" or "3mf", which needs lxml and networkx."""
     made = to_trimesh(surface)
     try:
@@ -64,3 +70,26 @@ def to_open3d(value: Any) -> Any:
 
 def _triangulated(value: Any) -> Any:
     return value.triangulated() if hasattr(value, "triangulated") else value
+
+
+def write_glb(path: Path, content: Polygons) -> None:
+    """Write triangles in meters, with colors, and with other arrays of up to four columns in single precision."""
+    surface = _in(content.triangles(), "m")
+    fitting = {name: values for name, values in surface.data.items() if is_glb_array(name, values)}
+    data = {name: v if name == "colors" else v.astype(np.float32) for name, v in fitting.items()}
+    path.write_bytes(_by_trimesh(replace(surface, data=data), "glb"))
+
+
+def write_3mf(path: Path, content: Polygons) -> None:
+    """Write triangles in millimeters, with colors."""
+    path.write_bytes(_by_trimesh(_in(content.triangles(), "mm"), "3mf"))
+
+
+def is_glb_array(name: str, values: NDArray[Any]) -> bool:
+    """Whether a GLB file holds an array."""
+    return values.size <= 4 * len(values)
+
+
+def _in(surface: Any, unit: str) -> Any:
+    """Return a surface of known unit in the one of a format, any other as it is."""
+    return surface if surface.unit is None else surface.in_unit(unit)

@@ -15,7 +15,8 @@ def save(data: Any, path: str | os.PathLike[str]) -> None:
     Parameters
     ----------
     data : SimplexMesh, TriangleMesh, PointCloud, Volume, Reconstruction, SAI, array, or object of another library
-        Whatever is saved by a method `save` of its own; of a result, its mesh; of what functions take as data, that.
+        Whatever is saved by a method `save` of its own; of a result, its mesh; of a primitive, its triangles; of what
+        functions take as data, that.
     path : str or Path
         Meshes: .vtp, .ply, .obj, .off, .stl, and .glb or .3mf with the extra `export`. Points: .vtp, .ply, .xyz, and
         .las, .laz or .e57 with the extra `survey`. Volumes: .mha, .nrrd, .nii, .nii.gz, .vti.
@@ -41,5 +42,5 @@ def save(data: Any, path: str | os.PathLike[str]) -> None:
     checks.path("path", path)
     own = type(data).__module__.startswith("simplexmesh.")
     if own and not hasattr(data, "save"):
-        data = getattr(data, "mesh", data)
+        data = data.triangulated() if hasattr(data, "triangulated") else getattr(data, "mesh", data)
     (data if own and hasattr(data, "save") else as_data(data)).save(path)

@@ -247,15 +247,15 @@ class TriangleMesh(Located):
         kept = first[used]
         return TriangleMesh(self.vertices[kept], faces.reshape(-1, 3), taken(self.data, kept), self.unit)
 
-    def sampled(self, n: int, rng: np.random.Generator | int | None = None) -> PointCloud:
-        """Return `n` points drawn uniformly over the area, with the normals of their faces and interpolated data.
+    def sampled(self, count: int, *, rng: np.random.Generator | int = 0) -> PointCloud:
+        """Return points drawn uniformly over the area, with the normals of their faces and interpolated data.
 
         Parameters
         ----------
-        n : int
+        count : int
             How many, at least 4.
-        rng : Generator or int, optional
-            Source of randomness.
+        rng : Generator or int
+            Draws them.
 
         Examples
         --------
@@ -263,7 +263,7 @@ class TriangleMesh(Located):
         >>> square.sampled(5, rng=0).normals[0]
         array([0., 0., 1.])
         """
-        n = checks.integer("n", n, 4)
+        n = checks.integer("count", count, 4)
         rng = checks.generator("rng", rng)
         cumulated = np.cumsum(vectors.norm(self.face_vectors))
         if not cumulated[-1] > 0:

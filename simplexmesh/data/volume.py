@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -57,6 +57,8 @@ class Volume(InUnits):
     >>> volume
     Volume(shape=(4, 5, 6), float64, spacing=(1, 1, 2.5), range=(0, 0))
     """
+
+    _named: ClassVar[str] = "Volume, of which reconstruct makes a surface"
 
     values: NDArray[Any]
     spacing: Array = (1.0, 1.0, 1.0)  # type: ignore[assignment]

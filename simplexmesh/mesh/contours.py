@@ -113,14 +113,14 @@ class Contour:
         return tuple(cls(mesh, loop) for loop in _boundary_loops(c, inside))
 
     @classmethod
-    def through(cls, mesh: SimplexMesh, picked: ArrayLike, *, closed: bool = True) -> Contour:
+    def through(cls, mesh: SimplexMesh, at: ArrayLike, *, closed: bool = True) -> Contour:
         """Return the contour through given vertices in order, joined by shortest paths that do not touch each other.
 
         Parameters
         ----------
         mesh : SimplexMesh
             The mesh.
-        picked : (m,) array of int
+        at : (m,) array of int
             Two or more different vertices.
         closed : bool
             Whether to return from the last to the first; else these are the ends of an open contour.
@@ -141,9 +141,9 @@ class Contour:
         Contour(8 vertices, open)
         """
         n_vertices = _connectivity(mesh).n_vertices
-        stops = checks.indices("picked", picked, (None,), n_vertices)
+        stops = checks.indices("at", at, (None,), n_vertices)
         if len(stops) < 2 or first_repeated(stops) >= 0:
-            raise ValueError(f"picked must be at least 2 different vertices, not {stops.tolist()}")
+            raise ValueError(f"at must be at least 2 different vertices, not {stops.tolist()}")
         return cls(mesh, _shortest_path(mesh, stops, closed=checks.flag("closed", closed)), closed)
 
     # ---- properties

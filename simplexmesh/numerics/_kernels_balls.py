@@ -3,14 +3,28 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import prange
 
 from simplexmesh._base._kernels_both import Both
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Array, Indices
 
 BITS = 21
 """Bits per axis in a packed cell key."""
+
+
+class Cells(NamedTuple):
+    """Points (n, 3), sorted keys of their cells, the points of these, the first corner, the width, a radius."""
+
+    points: Array
+    ordered: Indices
+    order: Indices
+    low: Array
+    width: float
+    radius: float
 
 
 @njit(cache=True)
@@ -26,8 +40,9 @@ def cell_keys(points, low, width):
 
 
 @njit(cache=True)
-def _around(points, ordered, order, low, width, radius, i, out, place):
-    """Count the points within `radius` of point i; if `place` is not negative, write them from there on."""
+def _around(given, i, out, place):
+    """Count the points within the radius of point i; if `place` is not negative, write them from there on."""
+    points, ordered, order, low, width, radius = given
     count = 0
     cells = (
         1 + int((points[i, 0] - low[0]) / width),
@@ -55,15 +70,15 @@ def _around(points, ordered, order, low, width, radius, i, out, place):
 
 
 @Both
-def count(centers, points, ordered, order, low, width, radius, counts):
-    """Fill the number of points within `radius` of each center, the center excluded."""
+def count(centers, cells, counts):
+    """Fill the number of points within the radius of each center, the center excluded."""
     for row in prange(centers.shape[0]):
-        counts[row] = _around(points, ordered, order, low, width, radius, centers[row], order, -1)
+        counts[row] = _around(cells, centers[row], cells.order, -1)
 
 
 @Both
-def fill(centers, points, ordered, order, low, width, radius, offsets, members):
+def fill(centers, cells, offsets, members):
     """Fill the points counted by `count`, in ascending order."""
     for row in prange(centers.shape[0]):
-        _around(points, ordered, order, low, width, radius, centers[row], members, offsets[row])
+        _around(cells, centers[row], members, offsets[row])
         members[offsets[row] : offsets[row + 1]].sort()

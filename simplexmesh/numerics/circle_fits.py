@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import cross, norm, normalized, tangents
-from simplexmesh.numerics.rigid import robust_scale, robust_weights
-
-Array = NDArray[np.float64]
+from simplexmesh.numerics.robust import robust_scale, robust_weights
 
 SAMPLES = 300
 """Circles through three random points that are scored."""

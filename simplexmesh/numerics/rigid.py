@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import cross, dot
+from simplexmesh.numerics.robust import robust_weights
 
 TANGENTIAL_WEIGHT = 0.02
 """Weight of tangential residuals, small since those of neighbors are correlated; without any, motions that the normals
@@ -77,16 +78,6 @@ def point_to_plane_fit(source: Array, target: Array, normals: Array, start: Arra
 def plane_jacobian(points: Array, normals: Array) -> Array:
     """Return the derivatives (n, 6) of distances to planes by a small rotation about the origin and a shift."""
     return np.hstack([cross(points, normals), normals])
-
-
-def robust_weights(residuals: Array, floor: float) -> Array:
-    """Return Geman-McClure weights at the robust scale of residuals."""
-    return np.asarray(1 / (1 + (residuals / robust_scale(residuals, floor)) ** 2) ** 2)
-
-
-def robust_scale(residuals: Array, floor: float) -> float:
-    """Return twice the robust standard deviation of residuals, at least `floor`."""
-    return max(2 * 1.4826 * float(np.median(np.abs(residuals))), floor)
 
 
 def small_motion(vector: Array, shift: Array, center: Array) -> Array:

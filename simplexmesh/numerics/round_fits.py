@@ -6,11 +6,9 @@ Points should be centered and of about unit size.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import cross, dot, norm, normalized
-
-Array = NDArray[np.float64]
 
 
 def ball(points: Array) -> tuple[Array, float]:

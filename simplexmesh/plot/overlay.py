@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
 from simplexmesh.plot.camera import looked_at, upright
-from simplexmesh.plot.polydata import as_drawable, geometry
+from simplexmesh.plot.polydata import as_drawable, check_choice, geometry
 from simplexmesh.plot.stage import SURFACE_LIT, add, headline, stage
 
 COLORS = ("#e08e45", "#3f7f93")
@@ -53,6 +53,7 @@ def overlay(
     """
     T = checks.array("T_target_source", T_target_source, (4, 4))
     things = [as_drawable(each) for each in (source, target)]
+    check_choice(things, level, label, inside)
     surfaces = [geometry(each, level, label, inside)[0] for each in things]
     shift, size = _middle(surfaces[1]) - _middle(surfaces[0]), float(np.linalg.norm(np.ptp(surfaces[1].points, axis=0)))
     away = np.eye(4)

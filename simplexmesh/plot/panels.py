@@ -12,15 +12,19 @@ from simplexmesh.data.volume import Volume
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.plot.camera import looked_at, upright
 from simplexmesh.plot.color_scale import PALETTE, entry
-from simplexmesh.plot.polydata import as_drawable, oriented_like
+from simplexmesh.plot.polydata import as_drawable, check_choice, oriented_like
 from simplexmesh.plot.stage import stage
-from simplexmesh.plot.surface import check_choice, surface
+from simplexmesh.plot.surface import surface
 
 
 def panels(
     things: Mapping[str, Any],
     *,
     scalars: str | None = None,
+    data: Any = None,
+    level: float | None = None,
+    label: int | None = None,
+    inside: str = "above",
     view: str | Sequence[float] | None = None,
     up: str = "auto",
     **options: Any,
@@ -33,7 +37,7 @@ def panels(
         Title and object of each panel.
     scalars : str, optional
         As for `surface`, for the simplex meshes among them, or without any for all but `data` and volumes.
-    view, up, **options
+    data, level, label, inside, view, up, **options
         As for `surface`; "auto" is determined by the first object.
 
     Raises
@@ -49,8 +53,6 @@ def panels(
     """
     _check_mapping("things", things)
     shown = {title: as_drawable(thing) for title, thing in things.items()}
-    level, label, data = (options.pop(name, None) for name in ("level", "label", "data"))
-    inside = options.pop("inside", "above")
     check_choice([*shown.values(), data], level, label, inside)
     models: Any = SimplexMesh if any(isinstance(one, SimplexMesh) for one in shown.values()) else object
     plotter = stage(columns=len(shown))
@@ -99,13 +101,16 @@ def beside(
         given = oriented_like(given, model)
     counts = f"model, {model.n_vertices:,} vertices" if isinstance(model, SimplexMesh) else "model"
     things = {"data": given, counts: model}
-    options = {"level": level, "label": label, "inside": inside, "unit": unit}
-    return panels(things, scalars=scalars, data=given, view=view, up=up, **options)
+    where: dict[str, Any] = {"level": level, "label": label, "inside": inside}
+    return panels(things, scalars=scalars, data=given, view=view, up=up, unit=unit, **where)
 
 
 def together(
-    meshes: Mapping[str, Any],
+    things: Mapping[str, Any],
     *,
+    level: float | None = None,
+    label: int | None = None,
+    inside: str = "above",
     colors: Sequence[str] = PALETTE,
     opacity: float | Mapping[str, float] = 1.0,
     edges: bool = False,
@@ -113,12 +118,14 @@ def together(
     up: str = "z",
     legend: bool = True,
 ) -> pv.Plotter:
-    """Plot several meshes in one scene, each in its color, with a legend.
+    """Plot several objects in one scene, each in its color, with a legend.
 
     Parameters
     ----------
-    meshes : mapping of str to anything `surface` takes
-        Names and meshes.
+    things : mapping of str to anything `surface` takes
+        Names and objects.
+    level, label, inside
+        As for `surface`, for the volumes among them.
     colors : sequence of str
         Used in turn.
     opacity : float or mapping of name to float
@@ -131,7 +138,7 @@ def together(
     Raises
     ------
     TypeError, ValueError
-        `meshes` is no mapping, or an empty one; otherwise as for `surface`.
+        `things` is no mapping, or an empty one; otherwise as for `surface`.
 
     Examples
     --------
@@ -139,12 +146,15 @@ def together(
     >>> plotter = together({"one": sphere(4), "other": sphere(4, center=(2, 0, 0))})
     >>> plotter.close()
     """
-    _check_mapping("meshes", meshes)
+    _check_mapping("things", things)
+    shown = {name: as_drawable(thing) for name, thing in things.items()}
+    check_choice([*shown.values()], level, label, inside)
     plotter = stage()
-    for place, (name, mesh) in enumerate(meshes.items()):
+    for place, (name, one) in enumerate(shown.items()):
         color = colors[place % len(colors)]
         clear = opacity.get(name, 1.0) if isinstance(opacity, Mapping) else opacity
-        surface(mesh, color=color, opacity=clear, edges=edges, plotter=plotter)
+        of: dict[str, Any] = {"level": level, "label": label, "inside": inside} if isinstance(one, Volume) else {}
+        surface(one, color=color, opacity=clear, edges=edges, plotter=plotter, **of)
         if legend:
             entry(plotter, place, name, color)
     return looked_at(plotter, view, up=up, window=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -38,13 +38,27 @@ def as_drawable(given: Any) -> Any:
     return given if isinstance(given, SimplexMesh) else as_data(given)
 
 
+def check_choice(things: Sequence[Any], level: float | None, label: int | None, inside: str) -> None:
+    """Refuse `level` and `label` without a volume, both of them, and `inside` without a level."""
+    checks.choice("inside", inside, ("above", "below"))
+    things = [as_drawable(one) for one in things if one is not None]
+    volumes = any(isinstance(one, Volume) for one in things)
+    if level is not None and label is not None:
+        raise ValueError("give level or label, not both")
+    if (level, label) != (None, None) and not volumes:
+        raise ValueError(f"level and label are for volumes, not for {type(things[-1]).__name__}")
+    of = "labels" if volumes else type(things[-1]).__name__
+    if inside != "above" and level is None:
+        raise ValueError(f"inside is for a level of a volume, not for {of}")
+
+
 def as_surface(given: Any) -> Any:
     """Return a mesh, with all its vertices, or a cloud, for anything per-vertex values can be drawn on."""
     if isinstance(given, tuple | list) and len(given) == 2:
         given = TriangleMesh(given[0], given[1])
     shown = given if isinstance(given, PointCloud) else as_drawable(given)
     if isinstance(shown, Volume | Mapping):
-        raise TypeError(f"surface must be a mesh or points, not {type(shown).__name__}")
+        raise TypeError(f"surface must be a mesh or points, not {checks.type_name(shown)}")
     return shown
 
 

@@ -76,7 +76,7 @@ def signature(
         most = float(np.nanpercentile(np.abs(values), 98))
         limits = (-most, most)
     plotter = stage(columns=2 if fitted else 1)
-    model = sai.domain.mesh
+    model = sai._domain.mesh
     outward = model.vertices if sai.topology == "sphere" else model.normals
     images = [model.moved(np.pi * model.vertices + np.where(sai.hidden, 0.0, sai.angles)[:, None] * outward)]
     if fitted:
@@ -132,7 +132,7 @@ def landscape(
     if not hypotheses:
         raise ValueError("found must hold at least one hypothesis, not none")
     if sai_a.topology != "sphere":
-        values, model, plotter = over_patch(sai_a, sai_b), sai_a.domain.mesh, stage()
+        values, model, plotter = over_patch(sai_a, sai_b), sai_a._domain.mesh, stage()
         _on_mesh(plotter, model, 0.5 * model.normals, values, (0.0, float(values.max())))
         headline(plotter, title)
         return looked_at(plotter, view)

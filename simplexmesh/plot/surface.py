@@ -20,7 +20,7 @@ from simplexmesh.plot.color_scale import scale, titled
 from simplexmesh.plot.features import features
 from simplexmesh.plot.heat import heat
 from simplexmesh.plot.overlay import COLORS
-from simplexmesh.plot.polydata import as_drawable, colored, geometry, painted_with
+from simplexmesh.plot.polydata import as_drawable, check_choice, colored, geometry, painted_with
 from simplexmesh.plot.scalars import scalars_of
 from simplexmesh.plot.stage import COLORS_LIT, INK, SURFACE_LIT, add, grid, headline, quiet, stage
 from simplexmesh.surface.features.lines.network import FeatureNetwork
@@ -37,7 +37,7 @@ MOST_EDGES = 25_000
 
 
 def surface(
-    mesh: Any,
+    surface: Any,
     *,
     scalars: str | ArrayLike | None = None,
     data: Any = None,
@@ -59,7 +59,7 @@ def surface(
 
     Parameters
     ----------
-    mesh : SimplexMesh, Reconstruction, TriangleMesh, PointCloud, Volume or anything convertible to these
+    surface : SimplexMesh, Reconstruction, TriangleMesh, PointCloud, Volume or anything convertible to these
         A volume is shown as its surface at `level` or of `label`.
     scalars : str or (n,) array, optional
         Quantity to color by: "mean_curvature", "deviation" or a vertex array, also by name, and of simplex meshes
@@ -73,7 +73,7 @@ def surface(
         What "distance" and "deviation" are measured to; default: the mesh's array of that name; `reconstruct` stores
         the first.
     level, label : float, int, optional
-        Isovalue, or region, where `mesh` or `data` is a volume.
+        Isovalue, or region, where `surface` or `data` is a volume.
     edges : bool, optional
         Whether edges are drawn; by default up to 25,000 vertices.
     contours : bool
@@ -111,7 +111,7 @@ def surface(
     >>> plotter.close()
     """
     alone, plotter = plotter is None, stage() if plotter is None else plotter
-    shown = as_drawable(mesh)
+    shown = as_drawable(surface)
     check_choice([shown, data], level, label, inside)
     colors = getattr(shown, "data", {}).get(scalars) if isinstance(scalars, str) else None
     painted = colors is not None and is_color(colors)
@@ -159,12 +159,6 @@ def thumbnail(*shown: Any, values: ArrayLike | None = None) -> bytes:
     """Return a small picture of surfaces, or of zones or sharp edges, drawn off screen, as bytes of a PNG file.
 
     One surface is colored by `values` if given.
-
-    Examples
-    --------
-    >>> from simplexmesh.mesh.shapes import torus
-    >>> thumbnail(torus())[1:4]
-    b'PNG'
     """
     plotter = grid((1, 1), (320, 240), window=False)
     plotter.set_background("white")
@@ -185,15 +179,3 @@ def thumbnail(*shown: Any, values: ArrayLike | None = None) -> bytes:
         plotter.screenshot(out)
     plotter.close()
     return out.getvalue()
-
-
-def check_choice(things: Sequence[Any], level: float | None, label: int | None, inside: str) -> None:
-    """Refuse `level` and `label` without a volume, and `inside` without a level."""
-    checks.choice("inside", inside, ("above", "below"))
-    things = [as_drawable(one) for one in things if one is not None]
-    volumes = any(isinstance(one, Volume) for one in things)
-    if (level, label) != (None, None) and not volumes:
-        raise ValueError(f"level and label are for volumes, not for {type(things[-1]).__name__}")
-    of = "labels" if volumes else type(things[-1]).__name__
-    if inside != "above" and (level is None or label is not None):
-        raise ValueError(f"inside is for a level of a volume, not for {of}")

@@ -110,16 +110,17 @@ class Neighborhoods:
         return np.diff(self.offsets)
 
     @property
-    def rows(self) -> Rows:
+    def _rows(self) -> Rows:
         """The neighbors as kernels take them."""
         return Rows(self.offsets, self.members, self.closed)
 
-    def taken(self, rows: ArrayLike) -> Neighborhoods:
-        """Return some rows, in the given order.
+    def taken(self, at: ArrayLike) -> Neighborhoods:
+        """Return those of some rows, in the given order.
 
         Parameters
         ----------
-        rows : (c,) array of int
+        at : (c,) array of int or (n,) array of bool
+            The rows.
 
         Examples
         --------
@@ -127,7 +128,7 @@ class Neighborhoods:
         >>> around.taken([2]).members
         array([0, 1])
         """
-        chosen = checks.selection("rows", rows, len(self))
+        chosen = checks.selection("at", at, len(self))
         counts = self.valence[chosen]
         offsets = np.concatenate([[0], np.cumsum(counts)])
         members = self.members[np.arange(offsets[-1]) + np.repeat(self.offsets[chosen] - offsets[:-1], counts)]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -12,9 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices
-from simplexmesh._base.errors import warn
+from simplexmesh._base.errors import TopologyError, warn
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.welding import distinct_positions
+from simplexmesh.mesh.manifold import matched, to_flip
 from simplexmesh.orientation._kernels_consistency import clashing_edges
 from simplexmesh.surface.neighborhoods import Ball, Nearest, Neighborhood, Neighborhoods, Rings, rings
 from simplexmesh.surface.reasons import EXPLANATIONS, FEW, OPEN
@@ -49,24 +49,13 @@ class Normals(NamedTuple):
 class Method:
     """An estimator and what it needs."""
 
-    function: str  # of samples, neighborhoods, normals and options, below `simplexmesh.surface`
+    estimate: Callable[..., Any]  # of samples, neighborhoods, normals and options
     options: Mapping[str, Any] = field(default_factory=dict)  # with their defaults
     fixed: Mapping[str, Any] = field(default_factory=dict)  # arguments that callers cannot change
     normals: str | None = "area"  # default method of the initial normals on meshes; None if it needs none
     orients: bool = False  # needs no initial normals but orients its result by given ones
     needs_faces: bool = False  # reads the ordered ring of triangles, which clouds do not have
     own_scale: bool = False  # chooses its neighborhoods itself
-
-    @property
-    def estimate(self) -> Callable[..., Any]:
-        """The estimator's function, imported on first use."""
-        module, _, name = self.function.rpartition(".")
-        found: Callable[..., Any] = getattr(importlib.import_module(f"simplexmesh.surface.{module}"), name)
-        return found
-
-
-ADAPTIVE = Method("curvature.adaptive.adaptive.estimate", {"noise": None, "detail": None}, normals=None, own_scale=True)
-"""Of normals too, which are among its results."""
 
 
 def chosen(
@@ -120,9 +109,15 @@ def warn_of_clashing_faces(samples: SampledSurface, reasons: NDArray[np.uint8], 
         return
     if count := int(clashing_edges(*samples.wedges)):
         edges = f"{count:,} edge{'s' if count > 1 else ''}"
+        faces, mates, _ = matched(samples.faces)
+        try:
+            to_flip(faces, mates)
+            advice = "orient them with TriangleMesh(vertices, faces).oriented()"
+        except TopologyError:
+            advice = "the surface is one-sided, and has no right ones everywhere"
         warn(
             f"triangles disagree on which side is outward across {edges}, so that normals and signs of curvature are "
-            "wrong nearby: orient them with TriangleMesh(vertices, faces).oriented()"
+            f"wrong nearby: {advice}"
         )
 
 

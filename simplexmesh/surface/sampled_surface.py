@@ -126,13 +126,13 @@ def _in_balls(points: Array, centers: Indices, radius: float) -> tuple[Indices, 
     width = max(radius, float((points.max(axis=0) - low).max()) / (2**balls.BITS - 4))
     found = balls.cell_keys(points, low, width)
     order = np.argsort(found, kind="stable")
-    cells = (points, found[order], order, low, width, radius)
+    cells = balls.Cells(points, found[order], order, low, width, radius)
     counts = np.zeros(len(centers), np.int64)
-    balls.count(centers, *cells, counts)
+    balls.count(centers, cells, counts)
     offsets = np.concatenate([[0], np.cumsum(counts)])
     _check_total(offsets[-1], Ball(radius, connected=False))
     members = np.zeros(offsets[-1], np.int64)
-    balls.fill(centers, *cells, offsets, members)
+    balls.fill(centers, cells, offsets, members)
     return offsets, members
 
 

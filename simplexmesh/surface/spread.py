@@ -110,6 +110,6 @@ def spread(
     n = len(around)
     distances, angles, imbalances = np.full((3, n), np.nan)
     reasons = np.zeros(n, np.uint8)
-    kernels.spreads(around.centers, around.rows, samples.points, directions, distances, angles, imbalances, reasons)
+    kernels.spreads(around.centers, around._rows, samples.points, directions, distances, angles, imbalances, reasons)
     warn_of_failures("the spread of neighbors", reasons, samples, around)
     return Spread(distances, angles, imbalances, reasons != FOUND)

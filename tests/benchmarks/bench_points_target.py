@@ -87,7 +87,7 @@ def main():
         numba.set_num_threads(numba.config.NUMBA_NUM_THREADS)
         build = best(lambda p=points: Points(p), 4)
         print(
-            f"{n:8} {noise:6.3f} built in {build:.3f} s, {len(target.surfels.table)} surfels; kd-tree "
+            f"{n:8} {noise:6.3f} built in {build:.3f} s, {len(target._surfels.table)} surfels; kd-tree "
             f"{best(lambda p=points: cKDTree(p), 3):.3f} s"
         )
 

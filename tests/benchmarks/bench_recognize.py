@@ -108,7 +108,7 @@ def asked(figures: Figures, row: str, library: sm.ModelLibrary, queries, rounds:
         names = [each.name for each in found]
         places.append(names.index(name) if name in names else 99)
         if places[-1] == 0:
-            angles.append(reference.angle(found[0].T_scan_model[:3, :3], R))
+            angles.append(reference.angle(found[0].T_target_source[:3, :3], R))
     answers = np.array(places)
     for what, most in (("first", 1), ("among five", 5)):
         figures.add(f"{row}, {what}", [np.mean(answers[k::rounds] < most) for k in range(rounds)], "of the queries")

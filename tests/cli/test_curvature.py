@@ -12,7 +12,7 @@ import pyvista as pv
 
 import simplexmesh as sm
 from simplexmesh.cli.curvature import _rows
-from simplexmesh.data.io.writing import save
+from simplexmesh.data.io.writing import write
 
 EGG = sm.ellipsoid((3, 2, 1), 10).triangulated("dual")
 NAMES = {"k1", "k2", "mean", "gauss", "d1", "d2", "normals", "failed", "saliency", "hk_class"}
@@ -24,12 +24,12 @@ COMMAND = "curvature"
 def files(tmp_path_factory):
     """Small inputs, good and bad, by name."""
     folder = tmp_path_factory.mktemp("inputs")
-    save(folder / "egg.off", EGG)
+    write(folder / "egg.off", EGG)
     sm.ellipsoid((3, 2, 1), 8).save(folder / "model.vtp")
-    save(folder / "points.xyz", sm.PointCloud(EGG.vertices, EGG.vertex_normals))
+    write(folder / "points.xyz", sm.PointCloud(EGG.vertices, EGG.vertex_normals))
     n = EGG.n_vertices
     spare = [[9.0, 9, 9], [9, 9, 8], [9, 8, 9]]
-    save(folder / "spare.off", sm.TriangleMesh(np.vstack([EGG.vertices, spare]), [*EGG.faces, [n, n + 1, n + 2]]))
+    write(folder / "spare.off", sm.TriangleMesh(np.vstack([EGG.vertices, spare]), [*EGG.faces, [n, n + 1, n + 2]]))
     (folder / "noise.off").write_bytes(bytes(range(256)) * 4)
     (folder / "empty.off").write_text("OFF\n4 0 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n")
     (folder / "nan.off").write_text("OFF\n4 1 0\n0 0 0\n1 0 nan\n0 1 0\n0 0 1\n3 0 1 2\n")
@@ -45,11 +45,11 @@ def turned(tmp_path_factory):
     """The egg with its faces looking inward, half of it, and its points with normals that look inward."""
     folder = tmp_path_factory.mktemp("turned")
     inward = EGG.faces[:, ::-1]
-    save(folder / "egg.off", sm.TriangleMesh(EGG.vertices, inward))
+    write(folder / "egg.off", sm.TriangleMesh(EGG.vertices, inward))
     half = inward[(EGG.vertices[inward, 2] > -0.2).all(axis=1)]
     used, faces = np.unique(half, return_inverse=True)
-    save(folder / "half.off", sm.TriangleMesh(EGG.vertices[used], faces.reshape(half.shape)))
-    save(folder / "points.xyz", sm.PointCloud(EGG.vertices, -EGG.vertex_normals))
+    write(folder / "half.off", sm.TriangleMesh(EGG.vertices[used], faces.reshape(half.shape)))
+    write(folder / "points.xyz", sm.PointCloud(EGG.vertices, -EGG.vertex_normals))
     return folder
 
 
@@ -280,13 +280,11 @@ def test_an_interrupt_leaves_nothing_behind(command, files, tmp_path, monkeypatc
 
 
 def test_an_interrupt_between_the_files_says_which_is_there(command, files, tmp_path, monkeypatch):
-    write = save
-
     def interrupted(*args, **options):
         write(*args, **options)
         os.kill(os.getpid(), signal.SIGINT)
 
-    monkeypatch.setattr("simplexmesh.data.io.writing.save", interrupted)
+    monkeypatch.setattr("simplexmesh.data.io.writing.write", interrupted)
     made, picture = tmp_path / "egg.vtp", tmp_path / "egg.png"
     code, out, err = command(files / "egg.off", "--method", "sine", "-o", made, "--picture", picture)
     assert (code, out, err) == (130, "", f"note: interrupted; {made} was written, {picture} was not\n")

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import simplexmesh as sm
-from simplexmesh.data.io.writing import save, to_pyvista
+from simplexmesh.data.io.writing import to_pyvista, write
 
 BALL, RING = sm.sphere(8, radius=5.0), sm.torus(30, 14, radius=4.0, tube_radius=1.5)
 
@@ -24,9 +24,9 @@ def files(tmp_path_factory):
     BALL.with_data(number=np.arange(BALL.n_vertices)).save(folder / "ball.vtp")
     sm.plane(12, 12).save(folder / "sheet.vtp")
     for suffix in ("stl", "obj", "off", "ply"):
-        save(folder / f"ring.{suffix}", RING.triangulated("dual"))
+        write(folder / f"ring.{suffix}", RING.triangulated("dual"))
     to_pyvista(RING.triangulated("dual")).save(folder / "ring.vtk")
-    save(folder / "ball.xyz", sm.PointCloud(BALL.vertices))
+    write(folder / "ball.xyz", sm.PointCloud(BALL.vertices))
     (folder / "noise.vtp").write_bytes(bytes(range(256)) * 4)
     (folder / "page.off").write_text("OFF\n5 3 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n0 0 -1\n3 0 1 2\n3 0 1 3\n3 0 1 4\n")
     return folder

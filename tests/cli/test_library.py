@@ -126,7 +126,7 @@ def test_recognizes_and_draws(command, files, models, tmp_path):
     found = json.loads(out)["models"]
     assert found[0]["name"] == "lumpy"
     assert found[0]["score"] > 0.9
-    assert np.allclose(found[0]["T_scan_model"], T, atol=0.05)
+    assert np.allclose(found[0]["T_target_source"], T, atol=0.05)
     assert (tmp_path / "found.png").stat().st_size > 10_000
     code, out, _ = command("recognize", models, files / "scan.xyz", "--best", 1)
     assert code == 0

@@ -51,7 +51,7 @@ class TestPrimitives:
 
     def test_gives_the_points_back_with_labels(self, command, scan, tmp_path):
         out = tmp_path / "out.laz"
-        assert command("primitives", scan, "--labelled", out, "--unit", "m", "-o", tmp_path / "out.json")[0] == 0
+        assert command("primitives", scan, "--labeled", out, "--unit", "m", "-o", tmp_path / "out.json")[0] == 0
         cloud, told = sm.read_points(out), json.loads((tmp_path / "out.json").read_text())
         assert cloud.unit == told["unit"] == "m"
         np.testing.assert_array_equal(cloud.data["intensity"], np.arange(8000))
@@ -95,10 +95,10 @@ class TestPipes:
         (["pipes", "none.ply"], "does not exist"),
         (["pipes", "SCAN", "--unit", "furlong"], "unit"),
         (["pipes", "SCAN", "--step", "out.txt"], "--step must end with"),
-        (["pipes", "SCAN", "--labelled", "out.json"], "--labelled must end with"),
+        (["pipes", "SCAN", "--labeled", "out.json"], "--labeled must end with"),
         (
-            ["primitives", "SCAN", "--mesh", "out.ply", "--labelled", "out.ply"],
-            "--mesh and --labelled must be different",
+            ["primitives", "SCAN", "--mesh", "out.ply", "--labeled", "out.ply"],
+            "--mesh and --labeled must be different",
         ),
     ],
 )

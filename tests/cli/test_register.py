@@ -9,7 +9,7 @@ import pytest
 import SimpleITK as sitk
 
 import simplexmesh as sm
-from simplexmesh.data.io.writing import save
+from simplexmesh.data.io.writing import write
 from simplexmesh.motion.start.solid_mesh import isosurface
 from tests.recognition import reference as reference
 
@@ -56,7 +56,7 @@ def test_a_level_is_that_of_the_volume(command, files, tmp_path):
     image.SetSpacing((0.1, 0.1, 0.1))
     sitk.WriteImage(image, str(tmp_path / "blobs.nrrd"))
     vertices, faces = isosurface(values - 0.5, values > 0.5)
-    save(tmp_path / "blobs.stl", sm.TriangleMesh(0.1 * vertices @ T[:3, :3].T + T[:3, 3], faces))
+    write(tmp_path / "blobs.stl", sm.TriangleMesh(0.1 * vertices @ T[:3, :3].T + T[:3, 3], faces))
     code, out, _ = command(tmp_path / "blobs.nrrd", tmp_path / "blobs.stl", "--level", 0.5, "--json")
     assert code == 0
     assert np.allclose(json.loads(out)["T_target_source"], T, atol=0.03)

@@ -111,7 +111,7 @@ class TestRead:
         volumes = [self.amount(each, "Volume") * 1e-9 for each in solids]
         np.testing.assert_allclose(volumes, np.pi * np.multiply(lengths, squares), rtol=1e-8)
         for solid, element in zip(solids, found.elements, strict=True):
-            assert self.distance(solid, 1000 * element.primitive.sample(20, rng=1)) < 1e-5
+            assert self.distance(solid, 1000 * element.primitive.sampled(20, rng=1).points) < 1e-5
 
         read = self.surfaces(tmp_path / "out.step")
         assert [name for name, _ in read] == [
@@ -139,7 +139,7 @@ class TestRead:
         faces = self.read(tmp_path / "out.stp", "FACE")
         for face, shape in zip(faces, scene.primitives, strict=True):
             assert self.amount(face, "Surface") == pytest.approx(area(shape), rel=1e-8)
-            assert self.distance(face, shape.sample(20, rng=1)) < 1e-8
+            assert self.distance(face, shape.sampled(20, rng=1).points) < 1e-8
 
     def test_parts_are_named_as_in_the_table(self, tmp_path):
         plant().save(tmp_path / "out.step")

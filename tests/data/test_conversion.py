@@ -131,7 +131,11 @@ def test_refusals(value, error, message):
     ("convert", "value", "message"),
     [
         (as_volume, POINTS, "volume must be a volume, not a ndarray read as PointCloud"),
-        (as_points, sm.Volume(np.zeros((2, 2, 2))), "points must be points, not a Volume"),
+        (
+            as_points,
+            sm.Volume(np.zeros((2, 2, 2))),
+            "points must be points, not a Volume, of which reconstruct makes a surface",
+        ),
         (as_triangles, sm.PointCloud(POINTS), "triangles must be a surface of triangles, not a PointCloud"),
     ],
 )

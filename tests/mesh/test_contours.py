@@ -182,6 +182,6 @@ def test_a_chord_is_refused():
 def test_nothing_has_no_outline():
     with pytest.raises(ValueError, match="faces must be at least one, not none"):
         Contour.of_faces(BALL, [])
-    with pytest.raises(ValueError, match="picked must be at least 2 different vertices"):
+    with pytest.raises(ValueError, match="at must be at least 2 different vertices"):
         Contour.through(BALL, [3])
     assert Contour.of_faces(BALL, np.ones(362, bool)) == ()

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
-from simplexmesh.numerics import rigid
+from simplexmesh.numerics import rigid, robust
 
 RNG = np.random.default_rng(0)
 POINTS = RNG.normal(size=(60, 3)) * [3, 2, 1] + 5
@@ -63,9 +63,9 @@ def test_distances_to_planes_change_by_their_jacobian():
 
 def test_weights_fall_with_distance_in_terms_of_twice_the_deviation():
     residuals = np.array([-3.0, -1, 0, 1, 2])
-    assert_allclose(rigid.robust_scale(residuals, 0.1), 2 * 1.4826)
-    assert rigid.robust_scale(residuals, 5.0) == 5
-    assert_allclose(rigid.robust_weights(residuals, 5.0), 1 / (1 + residuals**2 / 25) ** 2)
+    assert_allclose(robust.robust_scale(residuals, 0.1), 2 * 1.4826)
+    assert robust.robust_scale(residuals, 5.0) == 5
+    assert_allclose(robust.robust_weights(residuals, 5.0), 1 / (1 + residuals**2 / 25) ** 2)
 
 
 def test_extents_are_relative_to_the_longest():

@@ -405,7 +405,7 @@ class TestPicture:
         assert plotter.shape == (1, 2)
         assert list(plotter.scalar_bars.keys()) == ["distance to the data (mm)\n"]
 
-    @pytest.mark.parametrize(("function", "name"), [("panels", "things"), ("together", "meshes")])
+    @pytest.mark.parametrize(("function", "name"), [("panels", "things"), ("together", "things")])
     def test_several_objects_have_names(self, ball, function, name):
         with pytest.raises(TypeError, match=f"{name} must be a mapping of titles to objects, not list"):
             getattr(sm.plot, function)([ball, ball])
@@ -494,6 +494,12 @@ class TestPicture:
             sm.plot.surface(ball.vertices, level=5)
         with pytest.raises(ValueError, match=r"^level and label are for volumes, not for PointCloud$"):
             sm.plot.beside(ball.vertices, ball, label=5)
+
+    def test_together_takes_a_level_for_the_volumes(self, ball):
+        x = np.linalg.norm(np.mgrid[-4:5, -4:5, -4:5], axis=0)
+        sm.plot.together({"mesh": ball, "volume": sm.Volume(x)}, level=3.0, inside="below").close()
+        with pytest.raises(ValueError, match=r"^give level or label, not both$"):
+            sm.plot.surface(sm.Volume(x), level=3.0, label=1)
 
     def test_refuses_inside_without_a_level(self, ball):
         labels = sm.Volume(np.pad(np.ones((4, 4, 4), int), 2))

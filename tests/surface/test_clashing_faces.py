@@ -67,6 +67,20 @@ def test_normals_of_the_callers_say_which_side_is_outward():
     assert told(lambda: sm.curvature(flipped(0), "sine", normals=BALL.vertices)) == []
 
 
+def test_a_one_sided_surface_is_said_to_be_one():
+    turn = np.linspace(0, 2 * np.pi, 40, endpoint=False)
+    out = 1 + 0.3 * np.array([[-1], [1]]) * np.cos(turn / 2)
+    band = np.stack([out * np.cos(turn), out * np.sin(turn), 0.3 * np.array([[-1], [1]]) * np.sin(turn / 2)], axis=2)
+    one, two = np.arange(40), np.arange(40, 80)
+    after, beyond = np.append(one[1:], 40), np.append(two[1:], 0)  # the last meets the first with its sides exchanged
+    faces = np.concatenate([np.stack([one, after, two], axis=1), np.stack([after, beyond, two], axis=1)])
+    strip = sm.TriangleMesh(band.reshape(-1, 3), faces)
+    with pytest.raises(sm.TopologyError):
+        strip.oriented()
+    (said,) = told(lambda: sm.curvature(strip, "sine"))
+    assert said.endswith("the surface is one-sided, and has no right ones everywhere")
+
+
 def test_one_edge_is_one_edge():
     pair = sm.TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], [[0, 1, 2], [1, 2, 3]])
     assert "across 1 edge," in told(lambda: sm.vertex_normals(pair, "area"))[0]

@@ -496,7 +496,7 @@ class TestGiven:
             Neighborhoods.of([[1, 2], [0, 1]])
         with pytest.raises(TypeError, match=r"^neighborhood must be a \(n, k\) array of point indices, not float64"):
             Neighborhoods.of([[0.5]])
-        with pytest.raises(ValueError, match=r"^rows\[0\] is 3, outside 0..2$"):
+        with pytest.raises(ValueError, match=r"^at\[0\] is 3, outside 0..2$"):
             made.taken([3])
 
     def test_vertices_without_neighborhoods_are_refused(self):

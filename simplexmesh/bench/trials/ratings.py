@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from simplexmesh.bench.tables import Rows
 from simplexmesh.bench.trials.candidates import REGISTRIES
 from simplexmesh.bench.trials.curve import LIMIT_TOLERANCE, Curve
 from simplexmesh.bench.trials.pointwise import spreads
 from simplexmesh.bench.trials.published import CRITERIA, THESIS
 
-Rows = Sequence[dict[str, Any]]
 Limits = Sequence[tuple[float, str]]
 
 DISTANCE, SIZE = 0.1, 32

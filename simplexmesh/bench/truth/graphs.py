@@ -1,4 +1,4 @@
-"""Test surfaces z = f(x, y) of the literature (Hamann 1993; Charton 2012, 2014), and random ones; exact derivatives."""
+"""Test surfaces z = f(x, y) of the literature (Hamann 1993; Charton 2012, 2014), with exact derivatives."""
 
 from __future__ import annotations
 
@@ -14,9 +14,6 @@ from simplexmesh.bench.truth.exact import Exact, of_level_set, paired
 
 Jet = Callable[[Array, Array], tuple[Array, ...]]
 """Function of x, y that returns f, f_x, f_y, f_xx, f_xy, f_yy."""
-
-WAVES = 600
-"""Cosines of which a random surface is the sum: heights of fewer are not normally distributed."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +77,7 @@ def _exponential(terms: dict[tuple[int, int], float]) -> Jet:
     return _of(lambda q: (np.exp(q),) * 3, terms)
 
 
-def _cosines(size: float, u: ArrayLike, v: ArrayLike, phases: ArrayLike) -> Jet:
+def cosines(size: float, u: ArrayLike, v: ArrayLike, phases: ArrayLike) -> Jet:
     """Return the jet of the sum of size cos(u x + v y + phase) over the arrays u, v and phases."""
     u, v, phases = (np.asarray(part, float) for part in (u, v, phases))
 
@@ -103,7 +100,7 @@ ARTICLE = _named(
     Graph("paraboloid", "0.4 (x^2 + y^2)", _polynomial({(2, 0): 0.4, (0, 2): 0.4})),
     Graph("cubic", "0.15 (x^3 + 2 x^2 y - x y + 2 y^2)", _polynomial(_CUBIC | {(0, 2): 0.3})),
     Graph("exponential", "exp(-(x^2 + y^2) / 2)", _exponential({(2, 0): -0.5, (0, 2): -0.5})),
-    Graph("trigonometric", "0.1 (cos pi x + cos pi y)", _cosines(0.1, [np.pi, 0], [0, np.pi], [0, 0])),
+    Graph("trigonometric", "0.1 (cos pi x + cos pi y)", cosines(0.1, [np.pi, 0], [0, np.pi], [0, 0])),
     Graph("cylinder", "sqrt(2 - x^2)", _root(1.0, {(0, 0): 2, (2, 0): -1})),
     Graph("sphere", "sqrt(4 - x^2 - y^2)", _root(1.0, {(0, 0): 4, (2, 0): -1, (0, 2): -1})),
     Graph("elliptic_paraboloid", "2 x^2 + y^2", _polynomial({(2, 0): 2, (0, 2): 1})),
@@ -117,7 +114,7 @@ these formulas."""
 THESIS = {name: one for name, one in ARTICLE.items() if name not in ("plane", "paraboloid")} | _named(
     Graph("cubic", "0.15 (x^3 + 2 x^2 y - x y + 2 y)", _polynomial(_CUBIC | {(0, 1): 0.3})),
     Graph("exponential", "exp(2 x + y^2 - y)", _exponential({(1, 0): 2, (0, 2): 1, (0, 1): -1})),
-    Graph("trigonometric", "0.1 (cos pi x + sin pi y)", _cosines(0.1, [np.pi, 0], [0, np.pi], [0, -np.pi / 2])),
+    Graph("trigonometric", "0.1 (cos pi x + sin pi y)", cosines(0.1, [np.pi, 0], [0, np.pi], [0, -np.pi / 2])),
 )
 """As printed in the thesis of 2014; three differ, most likely by misprints."""
 
@@ -128,19 +125,3 @@ def graph(name: str, printing: str = "article") -> Graph:
     """Return a test surface by name, as printed in the "article" or the "thesis"; that has no plane or paraboloid."""
     known = PRINTINGS[checks.choice("printing", printing, sorted(PRINTINGS))]
     return known[checks.choice("name", name, sorted(known))]
-
-
-def random_graph(length: float, bending: float, rng: np.random.Generator | int | None = None) -> Graph:
-    """Return a random smooth surface, without the symmetries that flatter estimators on known ones.
-
-    Its heights are a stationary, isotropic Gaussian process with the covariance a^2 exp(-r^2 / (2 length^2)), drawn as
-    a sum of cosines of random wave vectors (Rahimi and Recht 2007), so that f_xx and f_yy have the standard deviation
-    `bending`, 1 / length, and slopes length / sqrt(3) times that.
-    """
-    length = checks.number("length", length, 0.0, open_low=True)
-    bending = checks.number("bending", bending, 0.0, open_low=True)
-    generator = checks.generator("rng", rng)
-    u, v = generator.normal(size=(2, WAVES)) / length
-    size = bending * length**2 / np.sqrt(3) * np.sqrt(2 / WAVES)
-    jet = _cosines(size, u, v, generator.uniform(0.0, 2 * np.pi, WAVES))
-    return Graph("random", f"{WAVES} cosines, correlated over {length:g}", jet)

@@ -40,40 +40,9 @@ class Constrained(ABC):
 
 
 def fitted(constrained: Constrained, points: ArrayLike, *, loss_scale: float | None = None) -> Primitive:
-    """Return the primitive under a constraint that is at the least squared distance from points.
+    """Return the free primitive of a bound one at the least squared distance from points (Chaperon 2002, 4.3.1, A.2).
 
-    Parameters
-    ----------
-    constrained : Constrained
-        The start, with what it is bound to.
-    points : (n, 3) array of float
-        Not fewer than it has parameters.
-    loss_scale : float, optional
-        Distance from which points count less, for points among others (Geman and McClure).
-
-    Returns
-    -------
-    Primitive
-        The free one that it is, with its `fit`; the covariance is singular along what the bond holds.
-
-    Raises
-    ------
-    ValueError
-        Fewer points than parameters.
-
-    References
-    ----------
-    T. Chaperon, thesis, Ecole des Mines de Paris, 2002, sections 4.3.1 and A.2.
-
-    Examples
-    --------
-    >>> import numpy as np, simplexmesh as sm
-    >>> from simplexmesh.cloud.constrained import BallJointCylinder, fitted
-    >>> turn = np.linspace(0, 40, 200)
-    >>> points = np.stack([np.cos(turn), np.sin(turn), turn / 10], axis=1)
-    >>> found = fitted(BallJointCylinder(sm.primitives.Cylinder([0, 0, 0], [0.1, 0, 1], 1)), points)
-    >>> abs(found.axis.round(6))
-    array([0., 0., 1.])
+    The covariance of its `fit` is singular along what the bond holds; points far beyond `loss_scale` count less.
     """
     at = checks.array("points", points, (None, 3))
     q = constrained.chart.shape[1]

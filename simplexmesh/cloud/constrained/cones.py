@@ -14,17 +14,9 @@ from simplexmesh.data.primitives import Cone, Cylinder
 
 @dataclass(frozen=True, eq=False)
 class CoaxialCone(Constrained):
-    """A concentric reducer: a cone on the axis of the pipe before (Chaperon 2002, 4.5.4).
+    """A concentric reducer: a cone on the axis of the pipe before (Chaperon 2002, 4.5.4)."""
 
-    Attributes
-    ----------
-    primitive : Cone
-        With the axis of `previous`, in either sense.
-    previous : Cylinder
-        The one before.
-    """
-
-    primitive: Cone
+    primitive: Cone  # with the axis of `previous`, in either sense
     previous: Cylinder
 
     def __post_init__(self) -> None:
@@ -44,17 +36,7 @@ class CoaxialCone(Constrained):
 
 @dataclass(frozen=True, eq=False)
 class SecantCone(Constrained):
-    """A reducer whose axis meets that of the pipe before, at an angle (Chaperon 2002, 4.5.4).
-
-    Attributes
-    ----------
-    primitive : Cone
-        Whose axis passes through `place`.
-    previous : Cylinder
-        The one before.
-    place : (3,) array of float
-        On the axis of `previous`.
-    """
+    """A reducer whose axis meets that of the pipe before, at an angle (Chaperon 2002, 4.5.4)."""
 
     primitive: Cone
     previous: Cylinder

@@ -14,17 +14,7 @@ from simplexmesh.data.primitives import Cylinder, Torus
 
 @dataclass(frozen=True, eq=False)
 class SecantCylinder(Constrained):
-    """A cylinder whose axis meets that of the one before, at its point: a branch, or a mitre (Chaperon 2002, A.2.1).
-
-    Attributes
-    ----------
-    primitive : Cylinder
-        With its point on the axis of `previous`.
-    previous : Cylinder
-        The one before.
-    fixed_radius : bool
-        Whether the radius is kept.
-    """
+    """A cylinder whose axis meets that of the one before, at its point: a branch, or a mitre (Chaperon 2002, A.2.1)."""
 
     primitive: Cylinder
     previous: Cylinder
@@ -77,15 +67,7 @@ class BallJointCylinder(Constrained):
 
 @dataclass(frozen=True, eq=False)
 class CylinderAfterTorus(Constrained):
-    """A cylinder that leaves a bend along its tangent after an angle about the bend's axis (A.2.4, erratum 9).
-
-    Attributes
-    ----------
-    torus : Torus
-        The bend, turning directly about its axis.
-    turn : float
-        Angle about the axis, as in the torus' coordinates, at which the bend ends.
-    """
+    """A cylinder that leaves a bend along its tangent after an angle about the bend's axis (A.2.4, erratum 9)."""
 
     torus: Torus
     turn: float

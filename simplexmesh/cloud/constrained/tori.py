@@ -15,15 +15,7 @@ from simplexmesh.numerics.round_fits import between_axes
 
 @dataclass(frozen=True, eq=False)
 class TorusAfterCylinder(Constrained):
-    """A bend that goes on tangentially from a cylinder with its radius: only its center is free (A.2.5, erratum 10).
-
-    Attributes
-    ----------
-    previous : Cylinder
-        The pipe before; the bend turns from its axis directly about its own.
-    center : (3,) array of float
-        Farther from the axis of `previous` than its radius.
-    """
+    """A bend that goes on tangentially from a cylinder with its radius: only its center is free (A.2.5, erratum 10)."""
 
     previous: Cylinder
     center: Array
@@ -51,15 +43,7 @@ class TorusAfterCylinder(Constrained):
 
 @dataclass(frozen=True, eq=False)
 class TorusBetweenCylinders(Constrained):
-    """A bend tangent to two cylinders of one radius whose axes meet: only its radius is free (A.2.6, erratum 11).
-
-    Attributes
-    ----------
-    previous, following : Cylinder
-        With axes along the line, whose points on both are as near as rounding leaves them, and not parallel.
-    radius : float
-        Of the bend.
-    """
+    """A bend tangent to two cylinders of one radius whose axes meet: only its radius is free (A.2.6, erratum 11)."""
 
     previous: Cylinder
     following: Cylinder

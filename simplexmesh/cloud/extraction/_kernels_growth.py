@@ -14,9 +14,10 @@ lean = njit(**LEAN)
 
 
 @lean
-def at_normal(kind, origin, frame, shape, points, normals, i):
+def at_normal(surface, points, normals, i):
     """Return the distance of a point from a surface, and the cosine of the angle between their normals."""
-    _, _, _, distance, gx, gy, gz, _, _ = at_point(kind, origin, frame, shape, points, i)
+    _, _, _, distance, gx, gy, gz, _, _ = at_point(surface, points, i)
+    frame = surface.frame
     nx, ny, nz = normals[i, 0], normals[i, 1], normals[i, 2]
     facing = gx * (frame[0, 0] * nx + frame[0, 1] * ny + frame[0, 2] * nz)
     facing += gy * (frame[1, 0] * nx + frame[1, 1] * ny + frame[1, 2] * nz)
@@ -25,16 +26,16 @@ def at_normal(kind, origin, frame, shape, points, normals, i):
 
 
 @jit
-def fits(kind, origin, frame, shape, points, normals, which):
+def fits(surface, points, normals, which):
     """Return distances (m,) of some points from a surface, and cosines (m,) of the angles between their normals."""
     distance, facing = np.empty(len(which)), np.empty(len(which))
     for k in range(len(which)):
-        distance[k], facing[k] = at_normal(kind, origin, frame, shape, points, normals, which[k])
+        distance[k], facing[k] = at_normal(surface, points, normals, which[k])
     return distance, facing
 
 
 @jit
-def flood(kind, origin, frame, shape, points, normals, near, free, seeds, band, aslant):
+def flood(surface, points, normals, near, free, seeds, band, aslant):
     """Return the free points (m,) within a distance of a surface and facing as it does, reached over neighbors."""
     state = np.zeros(len(points), np.int8)
     out = np.empty(len(points), np.int64)
@@ -47,7 +48,7 @@ def flood(kind, origin, frame, shape, points, normals, near, free, seeds, band, 
         for c in range(width):
             j = tried[c]
             if free[j] and state[j] == 0:
-                distance, facing = at_normal(kind, origin, frame, shape, points, normals, j)
+                distance, facing = at_normal(surface, points, normals, j)
                 if abs(distance) <= band and facing >= aslant:
                     state[j] = 1
                     out[count] = j

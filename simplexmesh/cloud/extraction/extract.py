@@ -9,8 +9,8 @@ import numpy as np
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices
-from simplexmesh._base.progress import Report
-from simplexmesh.cloud.extraction.finishing import described, labelled
+from simplexmesh._base.progress import Progress, reporting
+from simplexmesh.cloud.extraction.finishing import described, labeled
 from simplexmesh.cloud.extraction.joint import Parts, together
 from simplexmesh.cloud.extraction.patches import LEAST, Limits
 from simplexmesh.cloud.extraction.result import Extraction
@@ -18,7 +18,7 @@ from simplexmesh.cloud.extraction.search import found_one_by_one
 from simplexmesh.cloud.extraction.working import Working, working
 from simplexmesh.cloud.fitting.selection import SURFACES
 from simplexmesh.cloud.fitting.starts import scaled
-from simplexmesh.cloud.opening import opened, shown
+from simplexmesh.cloud.given_cloud import given_cloud
 from simplexmesh.data.points import PointCloud, distinct
 
 SHARE = 1e-3
@@ -37,7 +37,7 @@ def extract_primitives(
     least_radius: float = 0.0,
     greatest_radius: float = np.inf,
     rng: np.random.Generator | int = 0,
-    progress: bool | Report = False,
+    progress: bool | Progress = False,
 ) -> Extraction:
     """Find the planes, spheres, cylinders, cones and tori that a cloud is made of, and which points are of each.
 
@@ -52,7 +52,7 @@ def extract_primitives(
     ----------
     cloud : PointCloud, array, path or object of another library
         At least 24 different points. Shapes are looked for among at most 100,000 of them, drawn at random; all points
-        are labelled.
+        are labeled.
     kinds : sequence of str
         The kinds that are looked for: "plane", "sphere", "cylinder", "cone", "torus".
     noise : float, optional
@@ -104,7 +104,7 @@ def extract_primitives(
     >>> [each.kind for each in scene.primitives], round(scene.primitives[1].radius, 2)
     (['plane', 'cylinder'], 1.0)
     """
-    given = opened(cloud)
+    given = given_cloud(cloud)
     limits, generator = _limits(kinds, least_radius, greatest_radius), checks.generator("rng", rng)
     deviation = None if noise is None else checks.number("noise", noise, 0.0, open_low=True)
     wanted = None if fewest is None else checks.integer("fewest", fewest, LEAST)
@@ -114,7 +114,7 @@ def extract_primitives(
     points = given.points[first]
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     size = float(np.linalg.norm(np.ptp(points, axis=0))) / 2
-    with shown(progress) as report:
+    with reporting(progress, "finding primitives") as report:
         report(0.0, "looking at the points")
         unit = (points - middle) / size
         work = working(unit, None if deviation is None else deviation / size, generator)
@@ -127,7 +127,7 @@ def extract_primitives(
         report(0.8, "seeing all together")
         state = together(work, found, limits, generator)
         report(0.9, "labelling all points")
-        labels = labelled(work, state, unit)
+        labels = labeled(work, state, unit)
         report(1.0, "labelling all points")
     return _finished(given, work, state, labels, inverse, middle, size, generator)
 

@@ -13,7 +13,7 @@ from simplexmesh.cloud.fitting.describe import deferred_tests
 from simplexmesh.data.primitives import Primitive, fit_of
 
 
-def labelled(work: Working, state: Parts, points: Array) -> Indices:
+def labeled(work: Working, state: Parts, points: Array) -> Indices:
     """Return the labels (n,) of all points: of the primitives of those about them, the nearest one."""
     if len(points) == len(work.points):
         return state.labels
@@ -25,7 +25,7 @@ def labelled(work: Working, state: Parts, points: Array) -> Indices:
         at = np.flatnonzero(votes > 1)
         for point, way in halves[k]:
             at = at[(points[at] - point) @ way >= 0]
-        distance = _kernels_growth.fits(*primitive._surface, points, points, at)[0]
+        distance = _kernels_growth.fits(primitive._surface, points, points, at)[0]
         noise = state.noises[k]
         cost = (distance / noise) ** 2 / 2 + np.log(noise / work.noise) - 2 * PULL * votes[at]
         at, cost = at[cost < best[at]], cost[cost < best[at]]

@@ -55,21 +55,20 @@ class Grown:
 
 def fits(work: Working, primitive: Primitive, which: Indices) -> tuple[Array, Array]:
     """Return the distances (m,) of some points, and the cosines (m,) of the angles between normals."""
-    found: tuple[Array, Array] = _kernels_growth.fits(*primitive._surface, work.points, work.normals, which)
+    found: tuple[Array, Array] = _kernels_growth.fits(primitive._surface, work.points, work.normals, which)
     return found
 
 
 def connected(work: Working, primitive: Primitive, free: Mask, seeds: Indices, band: float) -> Indices:
     """Return the free points within a distance of a primitive, with like normals, connected with seeds."""
-    given = (work.points, work.normals, work.near, free, seeds, band, ASLANT)
-    found: Indices = _kernels_growth.flood(*primitive._surface, *given)
+    among = (work.points, work.normals, work.near, free)
+    found: Indices = _kernels_growth.flood(primitive._surface, *among, seeds, band, ASLANT)
     return found
 
 
-def grown_once(work: Working, primitive: Primitive, free: Mask, seeds: Indices, noise: float | None = None) -> Grown:
+def grown_once(work: Working, primitive: Primitive, free: Mask, seeds: Indices) -> Grown:
     """Return the points on a primitive that are connected with seeds; the noise is raised to that which they show."""
-    noise = work.noise if noise is None else noise
-    limit = UNEVEN
+    noise, limit = work.noise, UNEVEN
     while True:
         members = connected(work, primitive, free, seeds, WITHIN * noise)
         shown = deviation(work, primitive, members)

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Indices, Mask
-from simplexmesh._base.progress import Report, _silent
+from simplexmesh._base.progress import Progress, _silent
 from simplexmesh.cloud.extraction.growth import ASLANT, SETTLED, Grown, deviation, fits, grown, grown_once
 from simplexmesh.cloud.extraction.patches import DOUBLINGS, LEAST, Limits, patch
 from simplexmesh.cloud.extraction.working import Working
@@ -31,7 +31,9 @@ TOGETHER = 0.5
 """Share of the neighbors of a primitive's points that are on it too: of points that are by chance few are."""
 
 
-def found_one_by_one(work: Working, limits: Limits, rng: np.random.Generator, report: Report = _silent) -> list[Grown]:
+def found_one_by_one(
+    work: Working, limits: Limits, rng: np.random.Generator, report: Progress = _silent
+) -> list[Grown]:
     """Return primitives with their points, which are of one primitive each."""
     alive = np.ones(len(work.points), bool)
     pool: list[Grown] = []

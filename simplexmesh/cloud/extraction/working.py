@@ -11,7 +11,7 @@ from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh.numerics.plane_fits import fitted, spacing_within
 
 MOST = 100_000
-"""Points that shapes are looked for in; all points are labelled in the end."""
+"""Points that shapes are looked for in; all points are labeled in the end."""
 
 NEIGHBORS = 16
 """Of each point, itself the first: over them shapes grow, and their plane is that of its normal."""

@@ -11,7 +11,7 @@ from simplexmesh._base.arrays import Mask
 from simplexmesh._base.errors import warn
 from simplexmesh.cloud.fitting import selection
 from simplexmesh.cloud.fitting.describe import described
-from simplexmesh.cloud.fitting.inputs import Given, checked, held
+from simplexmesh.cloud.fitting.inputs import Given, checked, held, rows
 from simplexmesh.cloud.fitting.refine import Cloud, cloud_of, deviation, fitted, is_thin, spread, without_outliers
 from simplexmesh.cloud.fitting.solver import solve
 from simplexmesh.cloud.fitting.starts import scaled
@@ -100,7 +100,7 @@ def fit_primitive(
     ('cylinder', 2.0)
     """
     known = {"axis": axis, "point": point, "radius": radius, "tube_radius": tube_radius, "half_angle": half_angle}
-    given = checked(points, kind, known, start, normals, weights, robust=robust, noise=noise, rng=rng)
+    given = checked(kind, known, start, rows(points, normals, weights), robust=robust, noise=noise, rng=rng)
     cloud = cloud_of(given)
     found = _chosen(cloud, given) if kind == "any" else _wanted(kind, cloud, given)
     mask = held(found.kind, given.known)

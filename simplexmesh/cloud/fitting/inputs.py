@@ -53,40 +53,40 @@ class Given:
         return (self.points - self.middle) / self.size
 
 
-def checked(
-    points: Any,
-    kind: str,
-    known: Known,
-    start: Primitive | None,
-    normals: ArrayLike | None,
-    weights: ArrayLike | None,
-    *,
-    robust: bool,
-    noise: float | None,
-    rng: Any,
-) -> Given:
-    """Return what is given to a fit, or say what is wrong with it."""
-    checks.choice("kind", kind, [*KINDS, "any"])
+Rows = tuple[Array, Array | None, Array | None]
+"""Points (n, 3), their normals and weights."""
+
+
+def rows(points: Any, normals: ArrayLike | None, weights: ArrayLike | None) -> Rows:
+    """Return the points that a fit uses, their normals and their weights of mean 1, or say what is wrong with them."""
     cloud = None if isinstance(points, np.ndarray | list | tuple) else as_points(points)
     at = checks.array("points", points if cloud is None else cloud.points, (None, 3))
     warn_of_steps(at)
     normals = cloud.normals if normals is None and cloud is not None else normals
     across = None if normals is None else normalized(checks.array("normals", normals, (len(at), 3)))
     mass = None if weights is None else checks.array("weights", weights, (len(at),))
-    if checks.flag("robust", robust) and mass is not None:
-        raise ValueError("weights must not be given to a robust fit, which finds its own")
     if mass is not None:
         if (mass < 0).any() or not mass.any():
             raise ValueError(f"weights must be at least 0 and not all 0, not {mass.min():g} to {mass.max():g}")
         used = mass > 0
         at, mass, across = at[used], mass[used] / mass[used].mean(), None if across is None else across[used]
+    return at, across, mass
+
+
+def checked(
+    kind: str, known: Known, start: Primitive | None, given: Rows, *, robust: bool, noise: float | None, rng: Any
+) -> Given:
+    """Return what is given to a fit, or say what is wrong with it."""
+    checks.choice("kind", kind, [*KINDS, "any"])
+    if checks.flag("robust", robust) and given[2] is not None:
+        raise ValueError("weights must not be given to a robust fit, which finds its own")
     known = _known(kind, known)
-    middle, size, flat = _frame(at, kind, known)
+    middle, size, flat = _frame(given[0], kind, known)
     if start is not None:
         start = scaled(scaled(_start(kind, start), 1.0, -middle), 1 / size, np.zeros(3))
     sigma = None if noise is None else checks.number("noise", noise, 0.0, open_low=True)
     generator = checks.generator("rng", rng)
-    return Given(at, across, mass, known, start, robust, sigma, generator, middle, size, flat)
+    return Given(*given, known, start, robust, sigma, generator, middle, size, flat)
 
 
 def held(kind: str, known: Known) -> Mask | None:

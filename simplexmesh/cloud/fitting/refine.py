@@ -14,7 +14,7 @@ from simplexmesh.cloud.fitting.solver import solve
 from simplexmesh.cloud.validation.validation import MOST_POINTS, NEGLIGIBLE
 from simplexmesh.data.primitives import Cone, Primitive
 from simplexmesh.numerics.plane_fits import planes
-from simplexmesh.numerics.rigid import robust_scale
+from simplexmesh.numerics.robust import NORMAL_MAD, robust_scale
 from simplexmesh.numerics.round_fits import from_axis
 
 LEAST_POINTS = 24
@@ -34,9 +34,6 @@ FINAL = 2
 
 THIN = 4.0
 """Of the rms distance: thinner tubes and balls are inside a layer of noise, whose least squares they often are."""
-
-DEVIATION = 1.4826
-"""Of a normal law, in medians of the absolute value."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +127,7 @@ def without_outliers(primitive: Primitive, points: Array, mask: Mask | None) -> 
 
 def deviation(primitive: Primitive, distance: Array) -> float:
     """Return the deviation of the noise from absolute distances, of which some may be of outliers."""
-    chi = 1.1774 if primitive.per_point == 2 else 1 / DEVIATION  # median of two deviations, and of one
+    chi = 1.1774 if primitive.per_point == 2 else 1 / NORMAL_MAD  # median of two deviations, and of one
     return max(float(np.median(distance)) / chi, NEGLIGIBLE)
 
 

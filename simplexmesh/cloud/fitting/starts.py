@@ -23,15 +23,7 @@ STEEPEST = np.radians(89)
 
 
 def start(kind: str, points: Array, normals: Array | None = None) -> Primitive | None:
-    """Return a primitive near points (n, 3) with normals (n, 3), which planes, spheres, lines and circles do not need.
-
-    Parameters
-    ----------
-    kind : str
-        "plane", "sphere", "cylinder", "cone", "torus", "line" or "circle".
-    points, normals : (n, 3) array of float
-        Points and unit normals of either sign.
-    """
+    """Return a primitive near points (n, 3) with normals, which planes, spheres, lines and circles do not need."""
     middle = points.mean(axis=0)
     size = float(norm(points - middle).max())
     if not size > 0:

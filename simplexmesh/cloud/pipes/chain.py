@@ -22,14 +22,26 @@ SHORTEST = 1e-6
 
 
 class Feet(NamedTuple):
-    """Where points are nearest to the axis of a chain, which goes on straight at its ends."""
+    """Where points are nearest to the axis of a chain, which goes on straight at its ends.
 
-    piece: Indices  # (n,) 2 j on straight j, 2 i + 1 in bend i
-    along: Array  # (n,) height from the straight's first corner, or angle turned in the bend
-    station: Array  # (n,) length along the axis
-    radius: Array  # (n,) of the pipe
-    distance: Array  # (n,) signed, of the point from the surface, positive outside
-    normal: Array  # (n, 3) unit outward direction in which that grows
+    Attributes
+    ----------
+    piece : (n,) array of int
+        2 j on straight j, 2 i + 1 in bend i.
+    along, station : (n,) array of float
+        Height from the straight's first corner, or angle turned in the bend; length along the axis.
+    radius, distance : (n,) array of float
+        Radius of the pipe, and signed distance of the point from its surface, positive outside.
+    normal : (n, 3) array of float
+        Unit outward direction in which that grows.
+    """
+
+    piece: Indices
+    along: Array
+    station: Array
+    radius: Array
+    distance: Array
+    normal: Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.cloud.fitting.refine import WITHIN
-from simplexmesh.cloud.opening import opened
+from simplexmesh.cloud.given_cloud import given_cloud
 from simplexmesh.cloud.pipes.chain import Chain
 from simplexmesh.cloud.pipes.diameters import joined, next_radius
 from simplexmesh.cloud.pipes.elements import elements_of
@@ -72,7 +72,7 @@ def follow_pipe(
     >>> [element.kind for element in line.elements]
     ['straight']
     """
-    data = opened(cloud)
+    data = given_cloud(cloud)
     place = checks.array("pick", pick, (3,))
     limits = radius_limits(radius)
     reach = checks.number("gap", gap, 0.0)

@@ -13,11 +13,11 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices, Mask
-from simplexmesh._base.progress import Report, part_of
+from simplexmesh._base.progress import Progress, part_of, reporting
 from simplexmesh.cloud.extraction.extract import extract_primitives
 from simplexmesh.cloud.extraction.result import Extraction
 from simplexmesh.cloud.fitting.refine import WITHIN
-from simplexmesh.cloud.opening import opened, shown
+from simplexmesh.cloud.given_cloud import given_cloud
 from simplexmesh.cloud.pipes.follow import followed, line_of, on_line, radius_limits
 from simplexmesh.cloud.pipes.line import PipeElement, PipeLine, Pipes
 from simplexmesh.cloud.pipes.seeds import likely_picks
@@ -85,7 +85,7 @@ def extract_pipes(
     radius: float | tuple[float, float] | None = None,
     gap: float = JUMP,
     rng: np.random.Generator | int = 0,
-    progress: bool | Report = False,
+    progress: bool | Progress = False,
 ) -> Plant:
     """Find all pipe lines of a cloud, follow each, and refine each as one surface with exact tangency.
 
@@ -123,10 +123,10 @@ def extract_pipes(
     >>> [round(line.elements[0].radius, 3) for line in plant.lines]
     [1.0]
     """
-    data = opened(cloud)
+    data = given_cloud(cloud)
     limits, reach = radius_limits(radius), checks.number("gap", gap, 0.0)
     generator = checks.generator("rng", rng)
-    with shown(progress) as report:
+    with reporting(progress, "finding pipes") as report:
         scene = extract_primitives(data, rng=generator, progress=part_of(report, 0.0, PRIMITIVES))
         plant = _plant(data, scene, limits, reach, generator, part_of(report, PRIMITIVES, 1.0))
         report(1.0, "following pipes")
@@ -139,7 +139,7 @@ def _plant(
     limits: tuple[float, float],
     gap: float,
     rng: np.random.Generator,
-    report: Report,
+    report: Progress,
 ) -> Plant:
     """Return the lines among the points that are of no plane and no sphere."""
     of_pipes = np.array([*(each.kind not in SOLID for each in scene.primitives), True])
@@ -192,7 +192,7 @@ def _picked(
             yield beginning(tree, points[pick], limits, gap)
 
 
-def _lines(tree: cKDTree, origin: Array, starts: Iterable[Beginning], taken: Mask, report: Report) -> list[PipeLine]:
+def _lines(tree: cKDTree, origin: Array, starts: Iterable[Beginning], taken: Mask, report: Progress) -> list[PipeLine]:
     """Return the lines that start somewhere, those with more points first; their points become taken."""
     lines: list[PipeLine] = []
     for start in starts:

@@ -9,12 +9,13 @@ from scipy.linalg import null_space
 
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import cross, dot, norm
-from simplexmesh.cloud.fitting.refine import DEVIATION, WITHIN
+from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.cloud.fitting.solver import solve
 from simplexmesh.cloud.pipes.chain import Chain
 from simplexmesh.cloud.pipes.tolerances import BAND, FACING, SLIGHT
 from simplexmesh.cloud.pipes.tracing._kernels_tracing import STEP
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
+from simplexmesh.numerics.robust import NORMAL_MAD
 from simplexmesh.numerics.round_fits import between_axes
 
 LOOSE = 0.1
@@ -49,7 +50,7 @@ def refined(around: Surroundings, chain: Chain) -> tuple[Chain, float]:
             raise ValueError(f"pick must be on a pipe, but no more than {len(at)} points are on that which is there")
         points = around.points[at]
         chain = fitted(around, chain, points, WITHIN * deviation)
-        deviation = float(np.clip(DEVIATION * np.median(np.abs(chain.distance(points))), 1e-9 * r, MOST_NOISE * r))
+        deviation = float(np.clip(NORMAL_MAD * np.median(np.abs(chain.distance(points))), 1e-9 * r, MOST_NOISE * r))
     return chain, deviation
 
 

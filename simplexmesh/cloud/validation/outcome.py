@@ -18,7 +18,7 @@ class Outcome:
         What the test computes.
     p_value : float
         Probability of a statistic that speaks against noise as much, were it noise.
-    level : float
+    significance : float
         Below it the hypothesis is rejected.
 
     Examples
@@ -29,12 +29,12 @@ class Outcome:
 
     statistic: float
     p_value: float
-    level: float = SIGNIFICANCE
+    significance: float = SIGNIFICANCE
 
     @property
     def passed(self) -> bool:
         """Whether the hypothesis stands."""
-        return self.p_value >= self.level
+        return self.p_value >= self.significance
 
     def __repr__(self) -> str:
         return f"Outcome({self.statistic:.3g}, p {self.p_value:.3g}, {'passed' if self.passed else 'rejected'})"

@@ -20,12 +20,6 @@ def runs_test(residuals: Array) -> Outcome:
     """Test residuals in order for too few runs of one sign (Wald and Wolfowitz 1940; Chaperon 2002, section 5.2.4).
 
     The statistic is the number of runs, less its expectation, in deviations; without noise on either side it is 0.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> runs_test(np.random.default_rng(0).normal(size=300)), runs_test(np.linspace(-1, 1, 30))
-    (Outcome(0.31, p 0.644, passed), Outcome(-5.2, p 2.63e-07, rejected))
     """
     positive = residuals > 0
     n1 = int(np.count_nonzero(positive))

@@ -27,19 +27,6 @@ def nearest_neighbors(points: Array, k: int = NEIGHBORS) -> csr_array:
     return _averaging(np.repeat(np.arange(n), index.shape[1]), index.ravel(), n)
 
 
-def ball_neighbors(points: Array, radius: float) -> csr_array:
-    """Return the matrix (n, n) that averages over the points within a radius, itself among them."""
-    pairs = cKDTree(points).query_pairs(radius, output_type="ndarray")
-    return edge_neighbors(pairs, len(points))
-
-
-def edge_neighbors(edges: NDArray[np.integer], count: int) -> csr_array:
-    """Return the matrix (count, count) that averages over the ends (e, 2) of a mesh' edges, itself among them."""
-    itself = np.arange(count)
-    rows = np.concatenate([edges[:, 0], edges[:, 1], itself])
-    return _averaging(rows, np.concatenate([edges[:, 1], edges[:, 0], itself]), count)
-
-
 def _averaging(rows: NDArray[np.integer], columns: NDArray[np.integer], count: int) -> csr_array:
     """Return the matrix that averages over pairs, each of them once."""
     out = csr_array((np.ones(len(rows)), (rows, columns)), shape=(count, count))
@@ -74,15 +61,6 @@ def smoothed_ratio(residuals: Array, smoothed: Array) -> Array:
     return kept / np.maximum(away, rounding(residuals))
 
 
-def bounded_ratio(residuals: Array, smoothed: Array) -> Array:
-    """Return what smoothing takes away as a share of what it takes and keeps: 1 for noise, 0 for relief, 1 / (1 + rho).
-
-    The same by the squares of the residuals, as printed (section 5.2.6), is not bounded: 1 + 1 / k for independent
-    residuals and means without themselves.
-    """
-    return 1 / (1 + smoothed_ratio(residuals, smoothed))
-
-
 def sign_flips(residuals: Array, rng: np.random.Generator, trials: int = TRIALS) -> Array:
     """Return residuals (n, trials) of the hypothesis: each at its place, of random sign.
 
@@ -102,15 +80,6 @@ def smoothness_test(
     """Test residuals for relief by rho, with its law for these neighbors and residuals of random sign.
 
     Neighbors are to be those of points on the surface: points off it are near where their residuals are alike.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> rng = np.random.default_rng(0)
-    >>> at, noise = rng.uniform(-1, 1, (500, 2)), rng.normal(size=500)
-    >>> near = nearest_neighbors(at)
-    >>> smoothness_test(noise, near, rng).passed, smoothness_test(noise + 2 * np.sin(9 * at[:, 0]), near, rng).passed
-    (True, False)
     """
     rest = residuals - residuals.mean()
     trial = sign_flips(rest, rng, trials)

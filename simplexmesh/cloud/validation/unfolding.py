@@ -8,14 +8,7 @@ from simplexmesh._base.arrays import Array
 
 
 def unfolded(coordinates: Array, periods: tuple[bool, bool]) -> Array:
-    """Return surface coordinates (n, 2) unwrapped from the widest gap between angles on, and scaled into [-1, 1].
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> unfolded(np.array([[3.0, 0.0], [-3.0, 5.0], [-2.0, 1.0]]), (True, False)).round(2).tolist()
-    [[-1.0, -1.0], [-0.56, 1.0], [1.0, -0.6]]
-    """
+    """Return surface coordinates (n, 2) unwrapped from the widest gap between angles on, and scaled into [-1, 1]."""
     out = np.stack([_unwrapped(coordinates[:, k]) if periods[k] else coordinates[:, k] for k in range(2)], axis=1)
     low, high = out.min(axis=0), out.max(axis=0)
     return np.where(high > low, 2 * (out - low) / np.where(high > low, high - low, 1.0) - 1, 0.0)

@@ -106,50 +106,10 @@ def validated(
 ) -> Validation:
     """Return whether residuals of a fitted surface are those of noise, independent of where on the surface.
 
-    Of more than 2000 points as many are taken at random for the tests, so that an error of a model that is small
-    against the noise does not come to matter with the number of points.
-
-    Parameters
-    ----------
-    points : (n, 3) array of float
-        On the surface: `primitive.projected`. Of points off it, near ones have like residuals, and a right model may be
-        rejected. At least 16 more than parameters.
-    residuals : (n,) array of float
-        Signed distances from the surface.
-    coordinates : (n, 2) array of float
-        Surface coordinates, in radians where periodic.
-    parameters : int
-        How many were fitted.
-    noise : float, optional
-        Known deviation of the distances.
-    periods : (bool, bool)
-        Which coordinates are angles.
-    derivatives : (n, p) array of float, optional
-        Of the distances by the fitted parameters. With them the level is kept; a fit takes from residuals what its
-        parameters explain, so that without them only 1 or 2 right models in 100 are rejected, and wrong ones less too.
-    rng : Generator or int
-        Of the points taken and the random signs.
-
-    Returns
-    -------
-    Validation
-        Tests and verdict; residuals of rounding only are valid.
-
-    Raises
-    ------
-    ValueError
-        If there are too few points, or all at one place.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> rng = np.random.default_rng(0)
-    >>> flat = np.column_stack([rng.uniform(0, 9, (500, 2)), np.zeros(500)])
-    >>> distances = rng.normal(0, 0.1, 500)
-    >>> validated(flat, distances, flat[:, :2], 3)
-    Validation(valid, p 0.594: F 0.871, rho 0.116)
-    >>> validated(flat, distances + 0.1 * np.sin(flat[:, 0]), flat[:, :2], 3).valid
-    False
+    Of more than 2000 points (n, 3) on the surface as many are taken at random for the tests, so that an error of a
+    model that is small against the noise does not come to matter with the number of points. With the `derivatives`
+    (n, p) of the distances by the `parameters` that were fitted the level is kept: a fit takes from residuals what
+    these explain, so that without them only 1 or 2 right models in 100 are rejected, and wrong ones less too.
     """
     at, d, uv, J, p = _checked(points, residuals, coordinates, parameters, derivatives)
     deviation = None if noise is None else checks.number("noise", noise, 0.0, open_low=True)

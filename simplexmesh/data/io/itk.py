@@ -1,4 +1,4 @@
-"""Read volumes from NIfTI, NRRD, MetaImage, DICOM and TIFF, by SimpleITK.
+"""Read and write volumes: NIfTI, NRRD, MetaImage, DICOM and TIFF, by SimpleITK.
 
 Physical space is ITK's, LPS: x to the left of the patient, y to the back, z to the head; of NIfTI too, which is RAS.
 """
@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import gzip
 import re
+import shutil
 import struct
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -217,3 +218,38 @@ def volume_of(name: str, image: sitk.Image, unit: str | None = None) -> Volume:
 def _natural_order(path: Path) -> list[Any]:
     """Return a sort key that compares runs of digits as numbers."""
     return [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", path.name.lower())]
+
+
+def write_image(part: Path, volume: Volume) -> None:
+    """Write a volume in the medical format its name says."""
+    nifti = ".nii" in part.name.lower()[-7:]
+    if nifti and volume.unit is not None:
+        volume = volume.in_unit("mm")  # what ITK writes into the header
+    image = sitk.GetImageFromArray(volume.values.T)
+    if volume.unit is not None and not nifti:
+        image.SetMetaData("unit", volume.unit)
+    image.SetSpacing(volume.spacing.tolist())
+    image.SetOrigin(volume.origin.tolist())
+    image.SetDirection(volume.direction.ravel().tolist())
+    try:
+        if nifti and volume.unit is None:
+            _write_nifti_without_unit(image, part)
+        else:
+            sitk.WriteImage(image, str(part), useCompression=True)
+    except RuntimeError as error:
+        raise OSError(f"{part.name} cannot be written: {str(error).splitlines()[-1]}") from None
+
+
+def _write_nifti_without_unit(image: Any, part: Path) -> None:
+    """Write a NIfTI file whose unit of length is unknown: ITK always says millimeters."""
+    with tempfile.TemporaryDirectory() as folder:
+        plain = Path(folder, "volume.nii")
+        sitk.WriteImage(image, str(plain))
+        with plain.open("r+b") as file:
+            head = file.read(352)
+            at = volumes.nifti_unit_place(head)
+            file.seek(at)
+            file.write(bytes([head[at] & ~7]))  # the other bits are the unit of time
+            file.seek(0)
+            with gzip.open(part, "wb", 6) if part.suffix == ".gz" else part.open("wb") as out:
+                shutil.copyfileobj(file, out)

@@ -7,7 +7,7 @@ import re
 import warnings
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import plyfile
@@ -21,6 +21,9 @@ from simplexmesh.data.io.polygons import strips, triangulated
 from simplexmesh.data.io.range_grid import grid_normals
 from simplexmesh.data.points import PointCloud, cloud_of_file
 from simplexmesh.data.triangles import TriangleMesh
+
+if TYPE_CHECKING:
+    from simplexmesh.data.io.polydata import Polygons
 
 Ragged = tuple[Indices, Array]
 Contents = tuple[dict[str, Array], dict[str, Ragged], dict[str, str]]
@@ -187,3 +190,68 @@ def _info(data: plyfile.PlyData) -> dict[str, str]:
 def _of_indices(names: list[str]) -> str:
     """Return the list property that holds the corners of faces: texture coordinates may come before it."""
     return next((name for name in names if name in ("vertex_indices", "vertex_index")), names[0])
+
+
+_PLY_TYPES = {
+    "i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "int", "u4": "uint", "f4": "float",
+    "f8": "double",
+}  # fmt: skip
+
+
+def write_ply(path: Path, content: Polygons) -> None:
+    """Write points, with normals and arrays, and polygons, little-endian."""
+    table = dict(zip("xyz", content.points.T, strict=True))
+    if content.normals is not None:
+        table |= dict(zip(("nx", "ny", "nz"), content.normals.T, strict=True))
+    single: set[str] = set()
+    for name, values in columns.columns_of(content.data):
+        plain = re.sub(r"[^!-~]", "_", name) or "_"
+        single |= {plain} if name in content.data else set()
+        if content.normals is None and any(plain in names for names in columns.NORMALS):
+            raise ValueError(f"array {name!r} must have another name to be saved as PLY, where it is of the normals")
+        if plain in table:
+            raise ValueError(f"arrays must have names of their own to be saved as PLY, not {name!r} twice")
+        table[plain] = _ply_numbers(name, values)
+    count = "uchar" if not len(content.sizes) or content.sizes.max() < 256 else "int"
+    header = ["ply", "format binary_little_endian 1.0", *([f"comment unit {content.unit}"] if content.unit else ())]
+    alone: set[str] = set()
+    while missed := single - columns.data_of(table, alone).keys():
+        alone |= missed
+    header += [f"comment {columns.ALONE}{name}" for name in sorted(alone)]
+    header += [f"element vertex {len(content.points)}"]
+    header += [f"property {_PLY_TYPES[values.dtype.str[1:]]} {name}" for name, values in table.items()]
+    if len(content.sizes):
+        header += [f"element face {len(content.sizes)}", f"property list {count} int vertex_indices"]
+    rows = np.zeros(len(content.points), [(name, values.dtype.newbyteorder("<")) for name, values in table.items()])
+    for name, values in table.items():
+        rows[name] = values
+    with path.open("wb") as file:
+        file.write(("\n".join([*header, "end_header"]) + "\n").encode("ascii"))
+        file.write(rows.tobytes())
+        file.write(_packed_lists(content.sizes, content.corners, "u1" if count == "uchar" else "<i4"))
+
+
+def _ply_numbers(name: str, values: NDArray[Any]) -> NDArray[Any]:
+    """Return numbers in a type that PLY has: of 64 bits as 32 or, where they do not fit, as double."""
+    if values.dtype.str[1:] in _PLY_TYPES:
+        return values
+    kinds = {"b": (np.uint8,), "f": (np.float32, np.float64)[values.dtype.itemsize > 2 :]}
+    for kind in kinds.get(values.dtype.kind, (np.int32, np.float64)):
+        with np.errstate(invalid="ignore", over="ignore"):
+            out = values.astype(kind)
+        if values.dtype.kind == "f" or np.array_equal(out.astype(values.dtype), values):
+            return out
+    raise ValueError(f"array {name!r} must hold whole numbers below 2**53 to be saved as PLY")
+
+
+def _packed_lists(sizes: NDArray[Any], corners: NDArray[Any], count: str) -> bytes:
+    """Return the bytes of lists of int32, each preceded by its size."""
+    head = np.dtype(count).itemsize
+    lengths = head + 4 * sizes.astype(np.int64)
+    starts = np.cumsum(lengths) - lengths
+    out = np.zeros(int(lengths.sum()), np.uint8)
+    out[starts[:, None] + np.arange(head)] = sizes.astype(count).view(np.uint8).reshape(-1, head)
+    before = np.repeat(np.cumsum(sizes) - sizes, sizes)
+    at = np.repeat(starts + head, sizes) + 4 * (np.arange(len(corners)) - before)
+    out[at[:, None] + np.arange(4)] = corners.astype("<i4").view(np.uint8).reshape(-1, 4)
+    return out.tobytes()

@@ -1,4 +1,4 @@
-"""Conversion to VTK data sets, the writers of VTK, and what VTK prints; knows no class of data."""
+"""Polygons with all they have, as data sets of VTK and PyVista and VTP files, and what VTK prints."""
 
 from __future__ import annotations
 
@@ -6,23 +6,71 @@ import json
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import escape
 
 import numpy as np
 from numpy.typing import NDArray
-from vtkmodules.util.numpy_support import numpy_to_vtk
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkPoints, vtkStringArray, vtkStringOutputWindow
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+from vtkmodules.vtkFiltersCore import vtkTriangleFilter
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
-from simplexmesh._base.arrays import Array
+from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.mesh.connectivity import Connectivity
 
 TWIN, HOLES, TYPES = "simplexmesh_twin", "simplexmesh_hole_darts", "simplexmesh_types"
 CONTOURS = "simplexmesh_contours"
 UNIT = "unit"
+
+
+@dataclass(frozen=True, eq=False)
+class Polygons:
+    """What is written: points, polygons (possibly none), normals, point data, unit, and a simplex mesh's topology."""
+
+    points: Array
+    sizes: NDArray[Any]
+    corners: NDArray[Any]
+    normals: Array | None = None
+    data: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    unit: str | None = None
+    topology: Connectivity | None = None
+    triangles: Any = None  # a function that returns them as a TriangleMesh
+
+    @staticmethod
+    def of(value: Any) -> Polygons:
+        """Return those of a simplex mesh, a triangle mesh or a cloud."""
+        if hasattr(value, "connectivity"):
+            topology = value.connectivity
+            surface = ~topology.face_is_hole
+            corners = topology.face_vertices[np.repeat(surface, topology.face_sizes)]
+            sizes = topology.face_sizes[surface]
+            data = value.data, value.unit
+            return Polygons(value.vertices, sizes, corners, None, *data, topology, value.triangulated)
+        if hasattr(value, "vertices") and hasattr(value, "faces"):
+            sizes, corners = np.full(len(value.faces), 3), value.faces.reshape(-1)
+            return Polygons(value.vertices, sizes, corners, None, value.data, value.unit, triangles=lambda: value)
+        if hasattr(value, "points") and hasattr(value, "normals"):
+            none = np.zeros(0, dtype=np.int64)
+            return Polygons(value.points, none, none, value.normals, value.data, value.unit)
+        raise TypeError(f"value must be a SimplexMesh, TriangleMesh or PointCloud, not {checks.type_name(value)}")
+
+    @property
+    def loops(self) -> Iterator[list[int]]:
+        """The corners of each polygon."""
+        flat, at = self.corners.tolist(), 0
+        for size in self.sizes.tolist():
+            yield flat[at : at + size]
+            at += size
+
+    def dataset(self) -> Any:
+        """Return a `vtkPolyData`."""
+        normals = {} if self.normals is None else {"Normals": self.normals}
+        return polydata(self.points, self.sizes, self.corners, dict(self.data) | normals, self.topology, self.unit)
 
 
 def polydata(
@@ -59,6 +107,19 @@ def polydata(
     return out
 
 
+def polygon_triangles(points: Array, sizes: NDArray[Any], corners: NDArray[Any]) -> tuple[Indices, Indices]:
+    """Return triangles (t, 3) of polygons by ear clipping, and the polygon of each; given as to `polydata`."""
+    dataset = polydata(points, sizes, corners, {})
+    dataset.GetCellData().AddArray(vtk_array("polygon", np.arange(len(sizes))))
+    cutter = vtkTriangleFilter()
+    cutter.SetInputData(dataset)
+    with captured_output():
+        cutter.Update()
+    out = cutter.GetOutput()
+    triangles = vtk_to_numpy(out.GetPolys().GetConnectivityArray()).astype(np.int64).reshape(-1, 3)
+    return triangles, vtk_to_numpy(out.GetCellData().GetArray("polygon")).astype(np.int64)
+
+
 def _text_array(name: str, text: str) -> Any:
     out = vtkStringArray()
     out.SetName(name)
@@ -66,8 +127,14 @@ def _text_array(name: str, text: str) -> Any:
     return out
 
 
-def write_vtp(path: Path, dataset: Any) -> None:
+def write_vtp(path: Path, content: Polygons) -> None:
     """Write polygons to a VTP file, binary and compressed; names of point data are escaped, which VTK does not do."""
+    for name, values in content.data.items():
+        if not name or any(ord(letter) < 32 and letter not in "\t\n\r" for letter in name):
+            raise ValueError(f"arrays must have printable names to be saved as VTP, not {name!r}")
+        if not values[0].size:
+            raise ValueError(f"array {name!r} must have columns to be saved as VTP, not shape {values.shape}")
+    dataset = content.dataset()
     for i in range(dataset.GetPointData().GetNumberOfArrays()):
         array = dataset.GetPointData().GetAbstractArray(i)
         array.SetName(escape(array.GetName(), {'"': "&quot;", "\n": "&#10;", "\t": "&#9;", "\r": "&#13;"}))
@@ -123,3 +190,24 @@ def captured_output() -> Iterator[Any]:
     finally:
         vtkLogger.SetStderrVerbosity(verbosity)
         vtkOutputWindow.SetInstance(before)
+
+
+def to_pyvista(value: Any) -> Any:
+    """Return a `pyvista.ImageData` of a volume, a `PolyData` of a mesh (a simplex mesh without its holes) or cloud."""
+    import pyvista
+
+    if not hasattr(value, "spacing"):
+        return pyvista.PolyData(Polygons.of(value).dataset(), deep=False)
+    out = pyvista.ImageData(dimensions=value.shape, spacing=value.spacing, origin=value.origin)
+    out.direction_matrix = value.direction
+    out.point_data["values"] = value.values.flatten(order="F")
+    if value.unit is not None:
+        out.field_data[UNIT] = [value.unit]
+    return out
+
+
+def polylines(points: Array, cells: NDArray[Any]) -> Any:
+    """Return a `pyvista.PolyData` of lines, each the number of its points (at least two) and their indices."""
+    import pyvista
+
+    return pyvista.PolyData(points, lines=cells) if len(cells) else pyvista.PolyData()

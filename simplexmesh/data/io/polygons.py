@@ -31,11 +31,11 @@ def triangulated(points: Array, sizes: Indices, flat: NDArray[Any]) -> Indices:
     concave = np.unique(polygon[turned])
     if not len(concave):
         return triangles
-    from simplexmesh.data.io import vtk
+    from simplexmesh.data.io import polydata
 
     corners = _whole(flat)[np.repeat(np.isin(np.arange(len(sizes)), concave), sizes)]
     used, corners = np.unique(corners, return_inverse=True)
-    pieces, of = vtk.polygon_triangles(points[used], sizes[concave], corners.reshape(-1))
+    pieces, of = polydata.polygon_triangles(points[used], sizes[concave], corners.reshape(-1))
     pieces, of = used[pieces], concave[of]
     missing = sums(triangle_vectors(points, pieces), of, len(sizes)) - whole
     complete = norm(missing) <= ROUNDING * norm(whole)

@@ -226,7 +226,9 @@ def _read_kind(path: Path, kind: str) -> Any:
     out = vtk.from_dataset(dataset, path.name, owned=True)
     if kind != "obj" or not isinstance(out, TriangleMesh):
         return _welded(out, kind)
-    return vtk.with_colors_of_obj(_welded(vtk.with_texture(out, dataset), kind), path)
+    from simplexmesh.data.io import obj
+
+    return obj.with_colors(_welded(obj.with_texture(out, dataset), kind), path)
 
 
 def _welded(out: Any, kind: str) -> Any:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import io
 import re
+from collections.abc import Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +15,9 @@ from simplexmesh._base.errors import warn
 from simplexmesh._base.units import known_unit
 from simplexmesh.data.columns import NORMALS, data_of
 from simplexmesh.data.points import PointCloud, cloud_of_file
+
+if TYPE_CHECKING:
+    from simplexmesh.data.io.polydata import Polygons
 
 _SEPARATORS = bytes.maketrans(b",;[]\t", b"     ")
 _MARK = b"\xef\xbb\xbf"
@@ -101,3 +106,16 @@ def _is_number(word: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+def write_xyz(path: Path, content: Polygons) -> None:
+    """Write points, one a line, with their normals."""
+    rows = content.points if content.normals is None else np.hstack([content.points, content.normals])
+    write_lines(path, (" ".join(map(repr, row)) + "\n" for row in rows.tolist()))
+
+
+def write_lines(path: Path, *lines: Iterable[str]) -> None:
+    """Write lines of text as all systems read them."""
+    with path.open("w", encoding="ascii", newline="\n") as file:
+        for group in lines:
+            file.writelines(group)

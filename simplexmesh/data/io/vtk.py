@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkTriangleFilter
 from vtkmodules.vtkIOGeometry import vtkOBJReader, vtkSTLReader
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLPolyDataReader
 
-from simplexmesh._base.arrays import Array, Indices, Indices32
+from simplexmesh._base.arrays import Array, Indices32
 from simplexmesh._base.errors import warn
 from simplexmesh._base.named_arrays import is_color
 from simplexmesh._base.units import known_unit
-from simplexmesh.data.columns import as_colors
 from simplexmesh.data.io.integrity import apart, obj, xml
 from simplexmesh.data.io.polydata import (
     CONTOURS,
@@ -31,14 +27,11 @@ from simplexmesh.data.io.polydata import (
     TYPES,
     UNIT,
     captured_output,
-    polydata,
-    vtk_array,
     vtk_reason,
 )
 from simplexmesh.data.points import PointCloud, cloud_of_file
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
-from simplexmesh.data.welding import is_single_valued
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
@@ -48,8 +41,6 @@ _READERS: dict[str, Callable[[], Any]] = {
     "stl": vtkSTLReader,
     "obj": vtkOBJReader,
 }
-
-_UNIT_OF_OBJ = re.compile(r"(?im)^#[^\n]*\bunits?\s*[:=]\s*(\S+)")
 
 
 def read_dataset(path: Path, kind: str) -> Any:
@@ -145,49 +136,6 @@ def _triangles(dataset: Any) -> TriangleMesh:
     out = cutter.GetOutput()
     corners = vtk_to_numpy(out.GetPolys().GetConnectivityArray()).astype(np.int64)
     return TriangleMesh(_points(dataset), corners.reshape(-1, 3), _data(dataset), _unit(dataset))
-
-
-def with_texture(surface: TriangleMesh, dataset: Any) -> TriangleMesh:
-    """Return the surface of a data set with the array `uv` of its coordinates in a texture, unless these have seams."""
-    given = dataset.GetPointData().GetTCoords()
-    if given is None or given.GetNumberOfTuples() != surface.n_vertices:
-        return surface
-    uv = np.array(vtk_to_numpy(given))[:, :2].astype(np.float64)
-    single = np.isfinite(uv).all() and is_single_valued(surface.vertices, uv)
-    return surface.with_data(uv=uv) if single else surface
-
-
-def with_colors_of_obj(surface: TriangleMesh, path: Path) -> TriangleMesh:
-    """Return the surface read from an OBJ file with what VTK leaves: colors in lines `v x y z r g b`, and the unit."""
-    text = path.read_text(encoding="latin-1")
-    unit = _UNIT_OF_OBJ.search(text)
-    surface = replace(surface, unit=known_unit(unit[1]) if unit else None)
-    words = [line.split() for line in text.splitlines() if line.startswith("v ")]
-    rows = [each[1:7] for each in words if len(each) in (7, 8)]
-    try:
-        numbers = np.array(rows, dtype=np.float64).reshape(-1, 6)
-    except ValueError:
-        raise OSError(f"{path.name} must have numbers as colors of its vertices") from None
-    if not len(rows) or not np.isfinite(numbers).all():
-        return surface
-    gaps, nearest = cKDTree(numbers[:, :3]).query(surface.vertices)
-    single = np.finfo(np.float32).eps * np.abs(surface.vertices).max(initial=0)  # the precision of VTK before 9.7
-    if (gaps > single).any():  # vertices without a color
-        return surface
-    return surface.with_data(colors=as_colors(numbers[nearest, 3:]))
-
-
-def polygon_triangles(points: Array, sizes: NDArray[Any], corners: NDArray[Any]) -> tuple[Indices, Indices]:
-    """Return triangles (t, 3) of polygons by ear clipping, and the polygon of each; given as to `polydata`."""
-    dataset = polydata(points, sizes, corners, {})
-    dataset.GetCellData().AddArray(vtk_array("polygon", np.arange(len(sizes))))
-    cutter = vtkTriangleFilter()
-    cutter.SetInputData(dataset)
-    with captured_output():
-        cutter.Update()
-    out = cutter.GetOutput()
-    triangles = vtk_to_numpy(out.GetPolys().GetConnectivityArray()).astype(np.int64).reshape(-1, 3)
-    return triangles, vtk_to_numpy(out.GetCellData().GetArray("polygon")).astype(np.int64)
 
 
 def _volume(image: Any, name: str, *, owned: bool) -> Volume:

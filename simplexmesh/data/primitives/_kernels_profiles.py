@@ -5,17 +5,28 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from simplexmesh._base._kernels_both import FAST
 from simplexmesh._base._kernels_njit import LEAN, njit
+from simplexmesh._base.arrays import Array
 
 jit = njit(cache=True, error_model="numpy", fastmath=FAST)
 lean = njit(**LEAN)
 
 PLANE, SPHERE, CYLINDER, TAPER, CONE, TORUS, LINE, CIRCLE = range(8)
 """Kinds of surfaces, and curves."""
+
+
+class Revolution(NamedTuple):
+    """The kind of a primitive, a point of its axis, its frame (3, 3) and the measures of its shape."""
+
+    kind: int
+    origin: Array
+    frame: Array
+    shape: Array
 
 
 @lean
@@ -52,8 +63,9 @@ def profile(kind, shape, rho, z):
 
 
 @lean
-def at_point(kind, origin, frame, shape, points, i):
+def at_point(surface, points, i):
     """Return a point's place in the frame, its distance, the gradient in the frame, and derivatives by measures."""
+    kind, origin, frame, shape = surface
     dx, dy, dz = points[i, 0] - origin[0], points[i, 1] - origin[1], points[i, 2] - origin[2]
     x = frame[0, 0] * dx + frame[0, 1] * dy + frame[0, 2] * dz
     y = frame[1, 0] * dx + frame[1, 1] * dy + frame[1, 2] * dz
@@ -65,41 +77,42 @@ def at_point(kind, origin, frame, shape, points, i):
 
 
 @jit
-def fill_distances(kind, origin, frame, shape, points, distances, gradients):
+def fill_distances(surface, points, distances, gradients):
     """Fill signed distances (n,) and the directions (n, 3) in which they grow."""
     for i in range(len(points)):
-        _, _, _, distances[i], gx, gy, gz, _, _ = at_point(kind, origin, frame, shape, points, i)
+        _, _, _, distances[i], gx, gy, gz, _, _ = at_point(surface, points, i)
         for k in range(3):
-            gradients[i, k] = gx * frame[0, k] + gy * frame[1, k] + gz * frame[2, k]
+            gradients[i, k] = gx * surface.frame[0, k] + gy * surface.frame[1, k] + gz * surface.frame[2, k]
 
 
 @lean
-def fill_row(kind, origin, frame, shape, moves, points, i, row):
+def fill_row(surface, moves, points, i, row):
     """Fill the derivatives (p,) of a point's distance by the parameters of a chart; return the distance."""
-    x, y, z, distance, gx, gy, gz, by_first, by_second = at_point(kind, origin, frame, shape, points, i)
-    first = len(row) - len(shape)
+    x, y, z, distance, gx, gy, gz, by_first, by_second = at_point(surface, points, i)
+    measures = len(surface.shape)
+    first = len(row) - measures
     if moves[0] >= 0:
         row[moves[0]], row[moves[1]] = gz * x - gx * z, gz * y - gy * z
     if moves[2] >= 0:
         row[moves[2]], row[moves[3]] = -gx, -gy
     if moves[4] >= 0:
         row[moves[4]] = -gz
-    if len(shape) > 0:
+    if measures > 0:
         row[first] = by_first
-    if len(shape) > 1:
+    if measures > 1:
         row[first + 1] = by_second
     return distance
 
 
 @jit
-def fill_rows(kind, origin, frame, shape, moves, points, rows):
+def fill_rows(surface, moves, points, rows):
     """Fill derivatives (n, p) of distances."""
     for i in range(len(points)):
-        fill_row(kind, origin, frame, shape, moves, points, i, rows[i])
+        fill_row(surface, moves, points, i, rows[i])
 
 
 @jit
-def normal_equations(kind, origin, frame, shape, moves, points, weights, loss_scale, matrix, downhill):
+def normal_equations(surface, moves, points, weights, loss_scale, matrix, downhill):
     """Add to the normal matrix (p, p) and the downhill vector (p,) of the chart; return the cost.
 
     `moves` (5,) are the columns of two tilts, two shifts across and one along the axis, -1 where there is none, and
@@ -109,7 +122,7 @@ def normal_equations(kind, origin, frame, shape, moves, points, weights, loss_sc
     row = np.zeros(p)
     cost = 0.0
     for i in range(len(points)):
-        distance = fill_row(kind, origin, frame, shape, moves, points, i, row)
+        distance = fill_row(surface, moves, points, i, row)
         weight = weights[i] if len(weights) else 1.0
         square = distance * distance
         less = 1.0 / (1.0 + square / (loss_scale * loss_scale))

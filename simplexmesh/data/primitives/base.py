@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import dot, norm, normalized, tangents
+from simplexmesh.data.points import PointCloud
 from simplexmesh.data.primitives import _kernels_profiles as kernels
 from simplexmesh.data.primitives import patch
 from simplexmesh.data.primitives.fits import Fit
@@ -156,7 +157,7 @@ class Primitive:
         """Return distances (n,) and gradients (n, 3) of points (n, 3) at once."""
         at = checks.array("points", points, (None, 3))
         out = np.empty(len(at)), np.empty_like(at)
-        kernels.fill_distances(*self._surface, at, *out)
+        kernels.fill_distances(self._surface, at, *out)
         return out
 
     def projected(self, points: ArrayLike) -> Array:
@@ -174,12 +175,12 @@ class Primitive:
         rho, z = self._on_profile(v)
         return self._pose[0] + np.column_stack([rho * np.cos(u), rho * np.sin(u), z]) @ self.frame
 
-    def transformed(self, T: ArrayLike) -> Self:
-        """Return it moved, and scaled, by a similarity (4, 4), without its fit."""
-        matrix = checks.affine("T", T)
+    def transformed(self, T_target_source: ArrayLike) -> Self:
+        """Return it in the target frame of a similarity (4, 4), without its fit."""
+        matrix = checks.affine("T_target_source", T_target_source)
         scale = float(np.cbrt(abs(np.linalg.det(matrix[:3, :3]))))
         if not np.allclose(matrix[:3, :3] @ matrix[:3, :3].T, scale**2 * np.eye(3), atol=1e-9 * scale**2):
-            raise ValueError("T must be a motion with one scale: primitives stay what they are by no other map")
+            raise ValueError("T_target_source must have one scale: primitives stay what they are by no other map")
         origin, axis = self._pose
         moved = matrix[:3, :3] @ origin + matrix[:3, 3]
         return self._with(moved, matrix[:3, :3] @ axis / scale, *self._scaled(scale))
@@ -221,7 +222,7 @@ class Primitive:
         """Return the derivatives (n, p) of the distances of points (n, 3) by the parameters, for `stepped`."""
         at = checks.array("points", points, (None, 3))
         rows = np.zeros((len(at), self.n_parameters))
-        kernels.fill_rows(*self._surface, self._columns, at, rows)
+        kernels.fill_rows(self._surface, self._columns, at, rows)
         return rows
 
     def normal_equations(
@@ -232,7 +233,7 @@ class Primitive:
         The normal matrix (p, p), the downhill vector (p,) and the cost: the sum of d^2, or with a scale s that of
         d^2 / (1 + (d / s)^2). Nothing is checked.
         """
-        return self._summed(self._code, points, NO_WEIGHTS if weights is None else weights, loss_scale or np.inf)
+        return self._summed(self._surface, points, NO_WEIGHTS if weights is None else weights, loss_scale or np.inf)
 
     def stepped(self, step: ArrayLike) -> Self:
         """Return it with its parameters moved by a step (p,): tilts of the axis, shifts, measures."""
@@ -244,10 +245,11 @@ class Primitive:
         measures = np.asarray(self._shape) + step[len(self._moves) :]
         return self._with(origin + motion[2:] @ self.frame, axis, *measures.tolist())
 
-    def sample(self, count: int, *, rng: np.random.Generator | int = 0) -> Array:
-        """Return points (count, 3) spread evenly at random over the part within the extent."""
-        number = checks.integer("count", count, 0)
-        return self.at(patch.sampled(self._area_density, self._ends(), number, checks.generator("rng", rng)))
+    def sampled(self, count: int, *, rng: np.random.Generator | int = 0) -> PointCloud:
+        """Return points spread evenly at random over the part within the extent, of surfaces with their normals."""
+        number = checks.integer("count", count, 1)
+        points = self.at(patch.sampled(self._area_density, self._ends(), number, checks.generator("rng", rng)))
+        return PointCloud(points, self.gradient(points) if self.per_point == 1 else None)
 
     @property
     def bounds(self) -> Array:
@@ -311,9 +313,9 @@ class Primitive:
         return (at - self._pose[0]) @ self.frame.T
 
     @cached_property
-    def _surface(self) -> tuple[int, Array, Array, Array]:
-        """Kind, origin, frame and measures as kernels read them."""
-        return self._code, self._pose[0], self.frame, np.array(self._shape, float)
+    def _surface(self) -> kernels.Revolution:
+        """What kernels read of it."""
+        return kernels.Revolution(self._code, self._pose[0], self.frame, np.array(self._shape, float))
 
     @property
     def _columns(self) -> Indices:
@@ -322,11 +324,13 @@ class Primitive:
         columns[list(self._moves)] = range(len(self._moves))
         return columns
 
-    def _summed(self, code: int, points: Array, weights: Array, loss_scale: float) -> tuple[Array, Array, float]:
-        """Return the normal equations of distances of a kind in this chart."""
+    def _summed(
+        self, surface: kernels.Revolution, points: Array, weights: Array, loss_scale: float
+    ) -> tuple[Array, Array, float]:
+        """Return the normal equations of distances from a surface in this chart."""
         matrix, downhill = np.zeros((self.n_parameters,) * 2), np.zeros(self.n_parameters)
         given = (np.ascontiguousarray(points), weights, loss_scale)
-        cost = kernels.normal_equations(code, *self._surface[1:], self._columns, *given, matrix, downhill)
+        cost = kernels.normal_equations(surface, self._columns, *given, matrix, downhill)
         return matrix, downhill, cost
 
 

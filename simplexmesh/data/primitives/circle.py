@@ -58,7 +58,8 @@ class Circle(Curve):
         """Return what a step of least squares needs: as of a primitive, by distances in its plane and from that."""
         square = self.distance(points) ** 2
         mass, cost = eased(square, weights, loss_scale)
-        parts = (self._summed(code, points, mass, np.inf) for code in (kernels.CYLINDER, kernels.PLANE))
+        both = (self._surface._replace(kind=kind) for kind in (kernels.CYLINDER, kernels.PLANE))
+        parts = (self._summed(each, points, mass, np.inf) for each in both)
         return *(one + other for one, other in zip(*(part[:2] for part in parts), strict=True)), cost
 
     def _ends(self) -> Array:

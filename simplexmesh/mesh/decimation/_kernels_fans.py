@@ -9,7 +9,7 @@ import numpy as np
 from simplexmesh._base._kernels_njit import njit
 from simplexmesh._base.arrays import Array, Indices, Indices32, Mask
 from simplexmesh.mesh.decimation._kernels_fitting import Faces
-from simplexmesh.mesh.triangles._kernels_crossing import triangles_cross
+from simplexmesh.mesh.triangles._kernels_intersection import triangles_cross
 
 Box = tuple[float, float, float, float, float, float]
 

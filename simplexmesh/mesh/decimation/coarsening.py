@@ -10,7 +10,7 @@ from simplexmesh._base.arrays import Array, Indices32, Mask
 from simplexmesh._base.vectors import normalized
 from simplexmesh.mesh.decimation import _kernels_collapse, _kernels_swap
 from simplexmesh.mesh.decimation import _kernels_regions as regions
-from simplexmesh.mesh.decimation.fitting import Fit, SurfaceSamples
+from simplexmesh.mesh.decimation.fitting import FittedMesh, SurfaceSamples
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from simplexmesh.mesh.operators.results import Edited
 from simplexmesh.mesh.paths import path_vertices
@@ -33,7 +33,7 @@ INITIAL_STEPS = 2
 class Coarsened(NamedTuple):
     """A mesh with fewer vertices, fitted to the original surface."""
 
-    fit: Fit
+    fit: FittedMesh
     out: Edited
     part_of: Indices32  # (f,) for each original face, the face into which it was merged
     extent: Array  # (f,) for each original face, the rms extent of that face's region
@@ -57,7 +57,7 @@ def coarsened(
     _kernels_swap.place_vertices(edit._darts, corners)
     out = edit.result()
     part_of = out.face_map[corners.merged_into]
-    fit = Fit(surface, out.mesh, part_of, *_targets(corners, out))
+    fit = FittedMesh(surface, out.mesh, part_of, *_targets(corners, out))
     fit.untangle(strictly=True)
     for _ in range(INITIAL_STEPS):
         fit.advance(junctions[out.vertex_map >= 0])

@@ -73,7 +73,7 @@ def faces_of(c: Connectivity) -> kernels.Faces:
     return kernels.Faces(c.face_vertices, c.face_offsets, ahead, owner, across, c.face_is_hole)
 
 
-class Fit:
+class FittedMesh:
     """A mesh that is fitted to a surface; `mesh` is its current state."""
 
     def __init__(

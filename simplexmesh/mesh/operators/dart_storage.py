@@ -102,22 +102,18 @@ class EditableDarts:
         d = self.dart("dart", dart)
         return d // 3, int(self._darts.twin[d]) // 3
 
-    def is_hole(self, face: int) -> bool:
-        """Return whether a face is a hole."""
-        return bool(self._darts.face_hole[self.face(face)])
-
     @property
     def n_slots(self) -> int:
         """Number of vertices so far, removed ones included; the next new vertex gets this number."""
         return self._used[0]
 
-    def values(self, vertices: ArrayLike) -> Array:
+    def values(self, at: ArrayLike) -> Array:
         """Return the values (m, k) of m vertices: their positions, then their floating-point data."""
-        return self._darts.values[checks.selection("vertices", vertices, self._used[0])]
+        return self._darts.values[checks.selection("at", at, self._used[0])]
 
-    def set_values(self, vertices: ArrayLike, values: ArrayLike) -> None:
+    def set_values(self, at: ArrayLike, values: ArrayLike) -> None:
         """Set the values (m, k) of m vertices, positions and floating-point data; this is not undone by `undo`."""
-        rows = checks.selection("vertices", vertices, self._used[0])
+        rows = checks.selection("at", at, self._used[0])
         self._darts.values[rows] = checks.array("values", values, (len(rows), self._darts.values.shape[1]))
 
     def face(self, face: int, name: str = "face") -> int:

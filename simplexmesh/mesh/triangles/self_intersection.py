@@ -15,7 +15,7 @@ from simplexmesh._base.arrays import Array, Indices, Indices32, Mask
 from simplexmesh._base.vectors import cross, dot, normalized
 from simplexmesh.mesh import triangulation
 from simplexmesh.mesh.connectivity import Connectivity
-from simplexmesh.mesh.triangles import _kernels_crossing
+from simplexmesh.mesh.triangles import _kernels_intersection
 
 
 def crossing_triangles(points: Array, triangles: Indices) -> Indices:
@@ -25,7 +25,7 @@ def crossing_triangles(points: Array, triangles: Indices) -> Indices:
         return np.zeros((0, 2), np.int64)
     low, high = _boxes(points, triangles)
     pairs = overlapping_boxes(low, high, 2 * float((high - low).max(axis=1).mean()))
-    pairs = pairs[_kernels_crossing.are_crossing(np.ascontiguousarray(points, np.float64), triangles, pairs)]
+    pairs = pairs[_kernels_intersection.are_crossing(np.ascontiguousarray(points, np.float64), triangles, pairs)]
     return pairs[np.lexsort(pairs.T[::-1])]
 
 
@@ -36,7 +36,7 @@ def overlapping_boxes(low: Array, high: Array, cell: float) -> Indices:
     cell = max(cell, largest / 16, float(size.max()) * 1e-6, np.finfo(float).tiny)
     while math.prod((size // cell + 1).tolist()) > 8 * len(low) + 64:
         cell *= 1.25
-    return _kernels_crossing.overlapping_boxes(low, high, origin, cell, (size // cell).astype(np.int64) + 1)
+    return _kernels_intersection.overlapping_boxes(low, high, origin, cell, (size // cell).astype(np.int64) + 1)
 
 
 def self_intersections(vertices: Array, connectivity: Connectivity, among: Mask | None = None) -> Indices:
@@ -56,7 +56,7 @@ def self_intersections(vertices: Array, connectivity: Connectivity, among: Mask 
     low, high = np.minimum.reduceat(boxes[0], starts[:-1]), np.maximum.reduceat(boxes[1], starts[:-1])
     pairs = overlapping_boxes(low, high, float((high - low).max(axis=1).mean()))
     pairs = np.concatenate([np.repeat(np.arange(len(faces)), 2).reshape(-1, 2), pairs])
-    pairs = pairs[_kernels_crossing.are_crossing_fans(points, triangles, starts, *boxes, pairs)]
+    pairs = pairs[_kernels_intersection.are_crossing_fans(points, triangles, starts, *boxes, pairs)]
     pairs = faces[pairs[np.lexsort(pairs.T[::-1])]]
     own = pairs[pairs[:, 0] == pairs[:, 1], 0]  # flat ones, whose triangles touch, seem to within rounding
     corners = (connectivity.face_vertices[slice(*connectivity.face_offsets[f : f + 2])] for f in own)

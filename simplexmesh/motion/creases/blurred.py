@@ -16,7 +16,7 @@ from scipy.special import ndtri
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import dot, normalized
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.creases.lines import Line
+from simplexmesh.motion.creases.lines import CreaseLine
 from simplexmesh.motion.targets.isosurface import Isosurface
 
 WIDEST = 3.0
@@ -56,7 +56,7 @@ def blur_of(target: Isosurface, mesh: SimplexMesh) -> float:
     return blur
 
 
-def are_sharp(lines: Sequence[Line], mesh: SimplexMesh, target: Isosurface, blur: float) -> Mask:
+def are_sharp(lines: Sequence[CreaseLine], mesh: SimplexMesh, target: Isosurface, blur: float) -> Mask:
     """Return which lines (k,) on the isosurface near a mesh are sharp edges but for the blur."""
     ends = [line.samples(blur)[0] for line in lines]
     places = np.concatenate([0.5 * (line[:-1] + line[1:]) for line in ends])

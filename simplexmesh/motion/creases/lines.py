@@ -12,27 +12,22 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import dot, norm, vertex_normals
+from simplexmesh.data.cutting.dividing import divided
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.model.state import mean_edge
-from simplexmesh.motion.start.solid_mesh import decimated, relaxed, subdivided
+from simplexmesh.motion.start.solid_mesh import decimated, relaxed
 from simplexmesh.surface.features.feature_lines import feature_lines
 from simplexmesh.surface.features.lines.network import FeatureNetwork
 
 POINTS_PER_VERTEX = 5.0
 """Of the surface, at least: fewer leave noise, more blur the edges."""
 
-COARSE = 0.01
-"""Share of the edges that may be longer than wanted before edges are collapsed, which evens out shorter ones only."""
-
-MOST = 4
-"""Triangles before some are collapsed, in those wanted, above which none are divided: all are, also short ones."""
-
 NOISE = 0.08
 """In edges of the surface: more noise than that, in means of the points of a vertex, is averaged over more points."""
 
 
-class Line(NamedTuple):
+class CreaseLine(NamedTuple):
     """A line in space: points (k, 3) in order, whether the last is joined to the first, and the mean angle there."""
 
     points: Array
@@ -62,12 +57,12 @@ def at_distances(points: Array, far: Array, along: Array) -> Array:
     return np.column_stack([np.interp(along, far, points[:, j]) for j in range(3)])
 
 
-def crease_lines(mesh: SimplexMesh, points: Array, noise: float) -> list[Line]:
+def crease_lines(mesh: SimplexMesh, points: Array, noise: float) -> list[CreaseLine]:
     """Return the sharp edges of points (n, 3) near a closed mesh, which has rounded them, the longest first."""
     vertices, faces = surface_through(mesh, points, noise)
     side = resolution(mesh.area / len(points), noise)
     found = _without_loops(feature_lines(TriangleMesh(vertices, faces)), side, max(mean_edge(mesh), side))
-    return [Line(line.points, line.closed, float(line.angle.mean())) for line in found.lines]
+    return [CreaseLine(line.points, line.closed, float(line.angle.mean())) for line in found.lines]
 
 
 def resolution(area: float, noise: float) -> float:
@@ -81,13 +76,14 @@ def _without_loops(found: FeatureNetwork, side: float, face: float) -> FeatureNe
 
     The hexagon is of the side of faces of the model; of twice that of the surface if the sharper ones are near.
     """
-    lines = [Line(line.points, line.closed, float(line.angle.mean())) for line in found.lines]
+    lines = [CreaseLine(line.points, line.closed, float(line.angle.mean())) for line in found.lines]
     lengths = np.array([line.length for line in lines])
     ends = np.array([line.points[[0, -1]] for line in lines]).reshape(-1, 3)
     nodes = np.unique(ends, axis=0, return_inverse=True)[1].reshape(-1, 2)
     middles = 2 * len(lines) + np.arange(len(lines))  # nodes too: several lines may lead from one node to another
     loops = np.array([line.closed for line in lines], bool) | (nodes[:, 0] == nodes[:, 1])
     kept = ~loops | (lengths > 6 * side)
+    samples = [line.samples(0.2 * side)[0] for line in lines]
     around = 6 * max(2 * side, face)
     for k in np.argsort([line.angle for line in lines]):
         if lengths[k] > around or loops[k]:
@@ -96,19 +92,14 @@ def _without_loops(found: FeatureNetwork, side: float, face: float) -> FeatureNe
         halves, ways = np.repeat(lengths[kept] / 2, 2), (nodes[kept].ravel(), np.repeat(middles[kept], 2))
         graph = csr_array((halves, ways), shape=(3 * len(lines),) * 2)
         far = dijkstra(graph, directed=False, indices=nodes[k, 0], limit=around - lengths[k])[nodes[k, 1]]
-        kept[k] = np.isinf(far) or (far + lengths[k] > 6 * face and not _is_beside(k, lines, kept, side))
+        kept[k] = np.isinf(far) or (far + lengths[k] > 6 * face and not _is_beside(k, samples, kept, side))
     return found if kept.all() else found.without(*np.flatnonzero(~kept).tolist())
 
 
-def _is_beside(number: int, lines: Sequence[Line], kept: Mask, side: float) -> bool:
-    """Return whether all of a line is nearer than a side to kept ones."""
-    others = np.concatenate([line.samples(0.2 * side)[0] for line, inside in zip(lines, kept, strict=True) if inside])
-    return bool(cKDTree(others).query(lines[number].samples(0.2 * side)[0])[0].max() < side)
-
-
-def _lengths(vertices: Array, faces: Indices) -> Array:
-    """Return the lengths (t, 3) of the sides of triangles."""
-    return norm(vertices[faces] - vertices[np.roll(faces, 1, axis=1)])
+def _is_beside(number: int, samples: Sequence[Array], kept: Mask, side: float) -> bool:
+    """Return whether all of a line, given by points on it as the others, is nearer than a side to kept ones."""
+    others = np.concatenate([points for points, inside in zip(samples, kept, strict=True) if inside])
+    return bool(cKDTree(others).query(samples[number])[0].max() < side)
 
 
 def surface_through(mesh: SimplexMesh, points: Array, noise: float) -> tuple[Array, Indices]:
@@ -116,13 +107,11 @@ def surface_through(mesh: SimplexMesh, points: Array, noise: float) -> tuple[Arr
 
     So its triangles straddle the sharp edges of the data as those of a scan do, and round them no more than that.
     """
-    surface = mesh.triangulated(method="dual")
-    vertices, faces = np.array(surface.vertices), np.array(surface.faces, np.int64)
-    side = resolution(surface.area / len(points), noise)
-    wanted = int(4 / np.sqrt(3) * surface.area / side**2)
-    while len(faces) < MOST * wanted and (_lengths(vertices, faces) > side).mean() > COARSE:
-        vertices, faces = subdivided(vertices, faces)
-    vertices, faces = relaxed(*decimated(vertices, faces, wanted))
+    rough = mesh.triangulated(method="dual")
+    side = resolution(rough.area / len(points), noise)
+    surface = divided(rough, side)
+    wanted = int(4 / np.sqrt(3) * rough.area / side**2)
+    vertices, faces = relaxed(*decimated(surface.vertices, surface.faces, wanted))
     for last in (False, False, True):
         normals = vertex_normals(vertices, faces)
         nearest = cKDTree(vertices).query(points, workers=-1)[1]

@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import dot, norm, normalized
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.creases.lines import Line, at_distances
+from simplexmesh.motion.creases.lines import CreaseLine, at_distances
 from simplexmesh.motion.model.state import mean_edge
 
 NEAR = 2.5
@@ -68,7 +68,7 @@ class Path:
         ]
 
 
-def traced(mesh: SimplexMesh, lines: Sequence[Line]) -> list[Path]:
+def traced(mesh: SimplexMesh, lines: Sequence[CreaseLine]) -> list[Path]:
     """Return the paths of lines; of lines that find no way none.
 
     Open lines with an end in common share the vertex there, a node. Where two or three meet they leave it by different
@@ -88,12 +88,12 @@ def traced(mesh: SimplexMesh, lines: Sequence[Line]) -> list[Path]:
     return best
 
 
-def _length(paths: Sequence[Path], lines: Sequence[Line]) -> float:
+def _length(paths: Sequence[Path], lines: Sequence[CreaseLine]) -> float:
     """Return the length of the lines that have a path."""
     return sum(lines[path.line].length for path in paths)
 
 
-def _traced_in_order(mesh: SimplexMesh, lines: Sequence[Line], order: Sequence[int]) -> list[Path]:
+def _traced_in_order(mesh: SimplexMesh, lines: Sequence[CreaseLine], order: Sequence[int]) -> list[Path]:
     """Return the paths of lines that find a way beside those before them."""
     trace = Tracing(mesh)
     nodes, ends = _nodes(lines)
@@ -155,7 +155,7 @@ class Tracing:
         return np.array(leg[::-1])
 
 
-def _nodes(lines: Sequence[Line]) -> tuple[Array, dict[int, End]]:
+def _nodes(lines: Sequence[CreaseLine]) -> tuple[Array, dict[int, End]]:
     """Return the ends (m, 3) of open lines, equal ones once, and the two of each open line."""
     numbers = [k for k, line in enumerate(lines) if not line.closed]
     places = np.array([lines[k].points[[0, -1]] for k in numbers]).reshape(-1, 3)
@@ -163,7 +163,7 @@ def _nodes(lines: Sequence[Line]) -> tuple[Array, dict[int, End]]:
     return nodes, {k: (int(one), int(two)) for k, (one, two) in zip(numbers, which.reshape(-1, 2), strict=True)}
 
 
-def _exits(trace: Tracing, lines: Sequence[Line], ends: dict[int, End], at: list[int]) -> dict[End, int]:
+def _exits(trace: Tracing, lines: Sequence[CreaseLine], ends: dict[int, End], at: list[int]) -> dict[End, int]:
     """Return the neighbor by which a line, at its first or last end, leaves a node where two or three meet."""
     meeting: dict[int, list[End]] = {}
     for k, both in ends.items():
@@ -201,7 +201,7 @@ def _matched(edges: Array, towards: Array, normal: Array) -> tuple[int, ...]:
     return max(orders, key=lambda order: sum(fit[k, place] for k, place in enumerate(order)))
 
 
-def _open_path(trace: Tracing, line: Line, first: int, last: int, start: int, end: int) -> Indices:
+def _open_path(trace: Tracing, line: CreaseLine, first: int, last: int, start: int, end: int) -> Indices:
     """Return the path of a line between nodes, which it leaves by given neighbors, or by any if these are the nodes."""
     if first < 0 or last < 0 or first == last:
         return np.zeros(0, np.int64)
@@ -213,7 +213,7 @@ def _open_path(trace: Tracing, line: Line, first: int, last: int, start: int, en
     return np.concatenate([[first] * (start != first), leg, [last] * (end != last)]).astype(np.int64)
 
 
-def _closed_path(trace: Tracing, line: Line) -> Indices:
+def _closed_path(trace: Tracing, line: CreaseLine) -> Indices:
     """Return the path of a closed line from the vertex nearest to its first point."""
     start = trace.claimed(line.points[0])
     leg = _through(trace, line, start, start) if start >= 0 else np.zeros(0, np.int64)
@@ -222,7 +222,7 @@ def _closed_path(trace: Tracing, line: Line) -> Indices:
     return leg[:-1]
 
 
-def _through(trace: Tracing, line: Line, start: int, end: int) -> Indices:
+def _through(trace: Tracing, line: CreaseLine, start: int, end: int) -> Indices:
     """Return the path between vertices along a line, of one that comes round by way of two stops; empty if none."""
     samples, along = line.samples(STEP * trace.edge)
     round_about = norm(samples[-1] - samples[0]) < 0.5 * along[-1]
@@ -244,11 +244,13 @@ def respaced(mesh: SimplexMesh, paths: Sequence[Path]) -> Array:
     """Return the vertices (n, 3) with those of paths spread along these, in their order."""
     vertices = mesh.vertices.copy()
     for path in paths:
-        vertices[path.vertices] = _places(mesh, path.vertices, Line(mesh.vertices[path.vertices], path.closed, 0.0))
+        vertices[path.vertices] = _places(
+            mesh, path.vertices, CreaseLine(mesh.vertices[path.vertices], path.closed, 0.0)
+        )
     return vertices
 
 
-def _places(mesh: SimplexMesh, path: Indices, line: Line) -> Array:
+def _places(mesh: SimplexMesh, path: Indices, line: CreaseLine) -> Array:
     """Return places (k, 3) on a line for the vertices of a path in their order, as near to them as evenly spread."""
     samples, along = line.samples(STEP * mean_edge(mesh))
     whole, count = along[-1], len(path)

@@ -20,13 +20,13 @@ from simplexmesh.mesh.face_geometry import face_normals
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.mesh.triangulation import fan
 from simplexmesh.motion.creases.blurred import are_sharp, blur_of
-from simplexmesh.motion.creases.lines import Line, crease_lines, resolution
+from simplexmesh.motion.creases.lines import CreaseLine, crease_lines, resolution
 from simplexmesh.motion.creases.paths import Path, on_paths, respaced, traced
 from simplexmesh.motion.creases.sides import Sided
 from simplexmesh.motion.creases.unfolding import unfolded
 from simplexmesh.motion.model.deform import DeformableModel
 from simplexmesh.motion.model.state import mean_edge
-from simplexmesh.motion.model.untangle import filmed, untangled
+from simplexmesh.motion.model.untangle import untangled, with_membrane
 from simplexmesh.motion.targets.isosurface import Isosurface
 from simplexmesh.motion.targets.triangles import surface_distance
 from simplexmesh.motion.topology.face_regions import dilated
@@ -132,7 +132,7 @@ def sharpened_volume(mesh: SimplexMesh, points: Array, away: Array, target: Isos
     return _laid(scene, chosen, lambda _: np.zeros(len(lines), bool))
 
 
-def _are_most(chosen: Mask, lines: Sequence[Line]) -> bool:
+def _are_most(chosen: Mask, lines: Sequence[CreaseLine]) -> bool:
     """Return whether some lines are enough of the length of all for a body with creases."""
     lengths = np.array([line.length for line in lines])
     return bool(lengths[chosen].sum() > MOST * lengths.sum())
@@ -143,7 +143,7 @@ def _away(points: Array, mesh: SimplexMesh) -> Array:
     return np.asarray(surface_distance(points, *fan(mesh.vertices, mesh.connectivity)))
 
 
-def _beside(lines: Sequence[Line], points: Array, edge: float) -> list[Indices]:
+def _beside(lines: Sequence[CreaseLine], points: Array, edge: float) -> list[Indices]:
     """Return the rows of the points beside each line."""
     tree = cKDTree(points)
     balls = [tree.query_ball_point(line.samples(0.2 * edge)[0], BESIDE * edge) for line in lines]
@@ -163,7 +163,7 @@ class Scene:
     """
 
     mesh: SimplexMesh
-    lines: Sequence[Line]
+    lines: Sequence[CreaseLine]
     points: Array
     target: Any
     rounded: float
@@ -226,7 +226,7 @@ def _moved_onto(scene: Scene, chosen: Indices) -> Sharpened | None:
     for path in paths:
         vertices[path.vertices] = path.places
     now = mesh.moved(vertices).with_data(crease=creased.astype(np.uint8))
-    now = filmed(now, dilated(creased, mesh.neighbors, 2) & ~creased)
+    now = with_membrane(now, dilated(creased, mesh.neighbors, 2) & ~creased)
     sided = Sided(now, paths, scene.points, scene.target, scene.rounded)
     try:
         now = _settled(now, sided, creased, 40, edge)

@@ -110,8 +110,8 @@ class Sided(BuiltInTarget):
             here = np.flatnonzero((around == k).any(axis=1))
             if not len(here):
                 continue
-            _, index = nearest(target.surfels, at[here] - target.center, 1)
-            normals = np.ascontiguousarray(target.surfels.table[index[:, 0], 3:6])
+            _, index = nearest(target._surfels, at[here] - target.center, 1)
+            normals = np.ascontiguousarray(target._surfels.table[index[:, 0], 3:6])
             gaps = target.gap(at[here], normals, farthest)
             known = ~np.isnan(gaps)
             here, normals, gaps = here[known], normals[known], gaps[known]

@@ -15,7 +15,7 @@ from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices, Indices32, Mask
 from simplexmesh._base.vectors import norm
 from simplexmesh.mesh.connectivity import Connectivity
-from simplexmesh.mesh.face_geometry import face_centroids, face_normals
+from simplexmesh.mesh.face_geometry import face_areas, face_centroids, face_normals
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from simplexmesh.mesh.operators.results import Edited
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
@@ -75,6 +75,15 @@ def face_score(mesh: SimplexMesh, away: Array, reach: float) -> FaceScore:
     total = np.maximum(total, away**2 / np.maximum(area, np.finfo(float).tiny))
     total[c.face_is_hole] = 0.0
     return FaceScore(area / max(float(area.sum()), np.finfo(float).tiny), elongation, total, away / reach)
+
+
+def unresolved_faces(mesh: SimplexMesh, target: Target) -> Mask:
+    """Return the faces (f,) smaller than the details that the data shows, if the target has a `resolution`."""
+    c, resolution = mesh.connectivity, getattr(target, "resolution", None)
+    if resolution is None:
+        return np.zeros(len(c.face_sizes), bool)
+    loops = c.face_vertices, c.face_offsets
+    return np.asarray(face_areas(mesh.vertices, *loops) < resolution(face_centroids(mesh.vertices, *loops)) ** 2)
 
 
 def divide_faces(
@@ -173,11 +182,10 @@ def with_even_faces(step: Edited, zone: Mask) -> Edited:
     return step
 
 
-def disjoint_groups(groups: Indices32, count: int, most: int, free: Mask | None = None) -> Indices:
+def disjoint_groups(groups: Indices32, count: int, most: int) -> Indices:
     """Return the indices of groups of faces chosen greedily, in order, so that no two share a face."""
     out = np.zeros(min(most, len(groups)), np.int64)
-    free = np.ones(count, bool) if free is None else free.copy()
-    return out[: _kernels_refine.disjoint_rows(groups, free, len(out), out)]
+    return out[: _kernels_refine.disjoint_rows(groups, np.ones(count, bool), len(out), out)]
 
 
 def with_even_metric(step: Edited) -> SimplexMesh:

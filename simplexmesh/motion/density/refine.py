@@ -13,7 +13,14 @@ from simplexmesh._base.arrays import Array, Mask
 from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.density.face_edits import divide_faces, evened, face_distance, face_score, with_even_metric
+from simplexmesh.motion.density.face_edits import (
+    divide_faces,
+    evened,
+    face_distance,
+    face_score,
+    unresolved_faces,
+    with_even_metric,
+)
 from simplexmesh.motion.density.refinement import THRESHOLDS as THRESHOLDS
 from simplexmesh.motion.density.refinement import (
     Refined,
@@ -153,7 +160,8 @@ def refine_round(
 
 
 def refinement_scores(mesh: SimplexMesh, target: Target, reach: float) -> Array:
-    """Return the score of each face (f,), 0 for tangled ones, which division would tangle further."""
+    """Return the scores of faces (f,), 0 for unresolved ones, and tangled ones, which division would tangle further."""
     scores = face_score(mesh, face_distance(mesh, target, reach), reach).total
+    scores[unresolved_faces(mesh, target)] = 0.0
     scores[mesh.connectivity.vertex_faces[tangled_vertices(mesh)].ravel()] = 0.0
     return scores

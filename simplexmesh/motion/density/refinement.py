@@ -18,7 +18,7 @@ from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.density.face_edits import Maps, composed_maps, mapped_zone
 from simplexmesh.motion.model.deform import DeformableModel
 from simplexmesh.motion.model.parameters import MOST_RIGID
-from simplexmesh.motion.model.untangle import Tangles, filmed, untangled
+from simplexmesh.motion.model.untangle import Tangles, untangled, with_membrane
 from simplexmesh.motion.reconstruct.conversion import as_input
 from simplexmesh.motion.targets.protocol import Target, checked_reach
 from simplexmesh.motion.topology.face_regions import dilated
@@ -188,7 +188,7 @@ class Refinement:
         tangles = Tangles(self.mesh)
         for rings in (1, 2, 4) if tangles.count and self.zone is None else ():
             marked = dilated(tangles.vertices, tangles.mesh.neighbors, rings)
-            tangles = tangles.improved(filmed(tangles.mesh, marked), marked)
+            tangles = tangles.improved(with_membrane(tangles.mesh, marked), marked)
         self.mesh, tangled = tangles.mesh, tangles.count
         if tangled:
             warn(f"{counted(tangled, 'vertex is', 'vertices are')} on faces that are folded or cross others")

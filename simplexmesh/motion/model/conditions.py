@@ -40,12 +40,12 @@ class Condition:
     """
 
     contour: Contour | str
-    shape: Shapes | None = None  # None if it does not move by a force of its own
+    _shape: Shapes | None = None  # None if it does not move by a force of its own
     sharp: bool = False
     continuity: str | None = None
     pinned: bool = False
-    picked: Indices | None = None  # those pinned, if not all
-    curve: Surface | None = None  # where they are pinned, if not where they start
+    at: Indices | None = None  # those pinned, if not all
+    _curve: Surface | None = None  # where they are pinned, if not where they start
     tangent: Array | None = None
     mean_curvature: Array | None = None
 
@@ -68,9 +68,9 @@ class Condition:
             raise TopologyError(f"contours must be on the model's mesh, {self.contour!r} is on another")
         else:
             found = Contour(mesh, self.contour.vertices, self.contour.closed)
-        if self.picked is not None and (other := np.setdiff1d(self.picked, found.vertices)).size:
-            raise ValueError(f"picked must be vertices of the contour; {other[0]} is not on it")
-        shape = FREE_SHAPE if self.shape is None else self.shape
+        if self.at is not None and (other := np.setdiff1d(self.at, found.vertices)).size:
+            raise ValueError(f"at must be vertices of the contour; {other[0]} is not on it")
+        shape = FREE_SHAPE if self._shape is None else self._shape
         given = {"curvature": shape.curvature, "torsion": shape.torsion}
         for name, values in {**given, "tangent": self.tangent, "mean_curvature": self.mean_curvature}.items():
             if values is not None and values.shape not in ((), (len(found),)):
@@ -86,7 +86,7 @@ class Condition:
     @property
     def rows(self) -> Indices:
         """The vertices that it is about, of a condition that is on a mesh."""
-        return self.line.vertices if self.picked is None else self.picked
+        return self.line.vertices if self.at is None else self.at
 
     def prescribe(self, vertices: Array, frames: Frames) -> None:
         """Set the curvature of the surface that its averages take at the contour, and leave creases out of them."""
@@ -106,7 +106,7 @@ class Condition:
         places, normals = vertices[rows], frames.normals[rows]
         along = normalized(vertices[ahead] - vertices[back])
         away = places - 0.5 * (vertices[back] + vertices[ahead])
-        outward = np.cross(along, self.shape.plane) if self.shape is not None and self.shape.plane.any() else away
+        outward = np.cross(along, self._shape.plane) if self._shape is not None and self._shape.plane.any() else away
         outward = normalized(outward - dot(outward, along)[:, None] * along)
         angle = np.arctan2(dot(along, np.cross(outward, normals)), dot(outward, normals))
         around = mesh.neighbors[rows]
@@ -123,7 +123,7 @@ class Condition:
         if not self.pinned:
             return
         rows = self.rows
-        goals = self.line.mesh.vertices[rows] if self.curve is None else self.curve.closest(out.positions[rows])[1]
+        goals = self.line.mesh.vertices[rows] if self._curve is None else self._curve.closest(out.positions[rows])[1]
         step = goals - motion.vertices[rows]
         edges = motion.vertices[motion.neighbors[rows]] - motion.vertices[rows][:, None]
         reach = 0.5 * np.sqrt((edges**2).sum(axis=(1, 2)) / 3)
@@ -133,7 +133,7 @@ class Condition:
         out.moves[rows] = dot(step, step)
 
 
-def pinned(contour: Contour | str, curve: Any = None, *, picked: ArrayLike | None = None) -> Condition:
+def pinned(contour: Contour | str, curve: Any = None, *, at: ArrayLike | None = None) -> Condition:
     """Return the condition that a contour of a model, or some of its vertices, are in a place.
 
     Parameters
@@ -144,7 +144,7 @@ def pinned(contour: Contour | str, curve: Any = None, *, picked: ArrayLike | Non
         The polyline to whose nearest points the contour is drawn, and on which its vertices space themselves evenly; it
         must lie around the contour as seen from it, or only a part of it is reached. An array is of a closed one if its
         last point is the first. Default: every vertex stays where it is at the start.
-    picked : (m,) array of int, optional
+    at : (m,) array of int, optional
         The vertices of the mesh that are pinned; default: all of the contour.
 
     Examples
@@ -160,11 +160,11 @@ def pinned(contour: Contour | str, curve: Any = None, *, picked: ArrayLike | Non
     >>> bool(abs(np.linalg.norm(model.mesh.vertices[top.vertices, :2], axis=1) - 2).max() < 1e-3)
     True
     """
-    rows = None if picked is None else checks.indices("picked", picked, (None,), MAX_VERTICES)
+    rows = None if at is None else checks.indices("at", at, (None,), MAX_VERTICES)
     if rows is not None and not len(rows):
-        raise ValueError("picked must be at least one vertex, not none")
+        raise ValueError("at must be at least one vertex, not none")
     if curve is None:
-        return Condition(_contour(contour), pinned=True, picked=rows)
+        return Condition(_contour(contour), pinned=True, at=rows)
     points = checks.array("curve", getattr(curve, "points", curve), (None, 3))
     if len(points) < 2 or not np.ptp(points, axis=0).any():
         raise ValueError("curve must have at least 2 different points")
@@ -172,7 +172,7 @@ def pinned(contour: Contour | str, curve: Any = None, *, picked: ArrayLike | Non
         points = np.concatenate([points, points[:1]])
     at = np.arange(len(points) - 1)
     segments = Surface(points, np.stack([at, at + 1, at + 1], axis=1))
-    return Condition(_contour(contour), FREE_SHAPE, pinned=True, picked=rows, curve=segments)
+    return Condition(_contour(contour), FREE_SHAPE, pinned=True, at=rows, _curve=segments)
 
 
 def crease(contour: Contour | str) -> Condition:

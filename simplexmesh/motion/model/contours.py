@@ -52,7 +52,7 @@ class Contours:
     ) -> None:
         self.rims, self.attraction = rims_of(mesh.connectivity), attraction
         self._conditions = conditions
-        moving = [(condition.line, condition.shape) for condition in conditions if condition.shape is not None]
+        moving = [(condition.line, condition._shape) for condition in conditions if condition._shape is not None]
         drawn = courses([(line.vertices, line.closed) for line, _ in moving])
         first = len(self.rims.vertices)
         shifted = (drawn.vertices, drawn.before + np.int32(first), drawn.after + np.int32(first))

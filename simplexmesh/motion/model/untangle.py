@@ -127,8 +127,8 @@ def untangled_from(
     return tangles
 
 
-def filmed(mesh: SimplexMesh, zone: Mask) -> SimplexMesh:
-    """Return the mesh with a zone (n,), but holes and whole components, at the means of its neighbors: a film."""
+def with_membrane(mesh: SimplexMesh, zone: Mask) -> SimplexMesh:
+    """Return the mesh with a zone (n,), but holes and whole components, at the means of its neighbors."""
     c = mesh.connectivity
     free = zone.copy()
     free[c.face_vertices[np.repeat(c.face_is_hole, c.face_sizes)]] = False
@@ -145,7 +145,7 @@ def filmed(mesh: SimplexMesh, zone: Mask) -> SimplexMesh:
     label = connected_components(links, directed=False)[1]
     held = np.bincount(label, ~inner.all(axis=1))[label] > 0
     if not held.all():  # a film that nothing holds would have no place: a component wholly in the zone stays
-        return filmed(mesh, np.isin(np.arange(c.n_vertices), rows[held]))
+        return with_membrane(mesh, np.isin(np.arange(c.n_vertices), rows[held]))
     matrix = coo_array((np.full(len(rows), 3.0), (diagonal, diagonal)), shape=links.shape) - links
     pull = np.where(inner[:, :, None], 0.0, mesh.vertices[near]).sum(axis=1)
     places = mesh.vertices.copy()

@@ -142,5 +142,5 @@ def _points(source: Any) -> Array:
     if isinstance(data, PointCloud):
         return data.points
     if not hasattr(data, "vertices"):
-        raise TypeError(f"source must be a mesh or points, not {type(data).__name__}")
+        raise TypeError(f"source must be a mesh or points, not {checks.type_name(data)}")
     return np.asarray(data.vertices)

@@ -14,10 +14,10 @@ from simplexmesh._base.errors import TopologyError, counted, warn
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
-from simplexmesh.motion.reconstruct.open_data import are_inward, outward_cloud
-from simplexmesh.motion.start.crossings import crossings_of_largest, outer_crossings
+from simplexmesh.motion.reconstruct.outer_side import are_inward, outward_cloud
 from simplexmesh.motion.start.from_points import start_from_points
 from simplexmesh.motion.start.from_volume import start_from_volume
+from simplexmesh.motion.start.grid_crossings import crossings_of_largest, outer_crossings
 from simplexmesh.motion.start.report import Start
 from simplexmesh.motion.targets.isosurface import Isosurface
 from simplexmesh.motion.targets.labels import LabelSurface

@@ -78,6 +78,9 @@ class Options:
             "refine": checks.choice("refine", refine, ("none", "auto", *THRESHOLDS)),
             "creases": checks.choice("creases", self.creases, ("auto", "none")),
         }
+        seals = init == "auto" or (init in ENCLOSING and not isinstance(handles, list) and handles != "none")
+        if self.tunnels is not None and not seals:
+            raise ValueError("tunnels needs init='auto', or a sphere whose handles are found; other starts keep theirs")
         if self.components == "all" and init != "auto":
             raise ValueError("components='all' needs init='auto'; a given start keeps its components")
         if init != "auto":

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from simplexmesh._base.progress import Report, reporting
+from simplexmesh._base.progress import Progress, reporting
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.reconstruct.changes import change_topology, redistribute, refine_and_fit
 from simplexmesh.motion.reconstruct.conversion import as_input
@@ -35,7 +35,7 @@ def reconstruct(
     handles: Choice | None = None,
     refine: str | None = None,
     creases: str = "auto",
-    progress: bool | Report = False,
+    progress: bool | Progress = False,
 ) -> Reconstruction:
     """Fit a simplex mesh to a volume, a point cloud, scans or a triangulated surface.
 
@@ -142,7 +142,7 @@ def reconstruct(
         refine,
         creases,
     )
-    with reporting(progress) as report:
+    with reporting(progress, "reconstructing") as report:
         report(0.0, "reading")
         known = as_input(data, level=level, label=label, inside=inside, components=options.components, poses=poses)
         report(0.05, "finding a start")

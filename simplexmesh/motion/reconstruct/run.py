@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Mask
 from simplexmesh._base.errors import TopologyError, warn
-from simplexmesh._base.progress import Report
+from simplexmesh._base.progress import Progress
 from simplexmesh.mesh.operators.regularize import regularize
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.mesh.triangulation import fan
@@ -19,8 +19,8 @@ from simplexmesh.motion.model.deform import DeformableModel
 from simplexmesh.motion.model.state import Stage, State, is_at_rest, mean_edge
 from simplexmesh.motion.model.untangle import untangled
 from simplexmesh.motion.reconstruct.inputs import Input
-from simplexmesh.motion.reconstruct.open_data import border_width
 from simplexmesh.motion.reconstruct.options import Options, stages_from
+from simplexmesh.motion.reconstruct.outer_side import border_width
 from simplexmesh.motion.reconstruct.result import UNMEASURED, Distance, Reconstruction, TopologyRecord, with_data_of
 from simplexmesh.motion.start.primitives import ENCLOSING, primitive_around
 from simplexmesh.motion.start.report import Start, StartReport
@@ -47,7 +47,7 @@ class Run:
 
     options: Options
     data: Input  # with normals turned outward where the start needs that
-    report: Report
+    report: Progress
     start: SimplexMesh
     mesh: SimplexMesh  # always a complete state
     target: Target
@@ -165,7 +165,7 @@ def finish(run: Run) -> None:
     run.mesh, run.tangled = unfolded_boundary(run.mesh) if run.mesh.n_holes else run.mesh, left
 
 
-def started(data: Input, options: Options, report: Report) -> Run:
+def started(data: Input, options: Options, report: Progress) -> Run:
     """Return the reconstruction at its start, pairs of faces that the user gave joined to handles."""
     init, target, found = options.init, None, None
     wraps = init in ENCLOSING and not isinstance(options.handles, list) and options.handles != "none"

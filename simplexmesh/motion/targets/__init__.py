@@ -9,15 +9,17 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from simplexmesh.motion.targets.borders import Border
     from simplexmesh.motion.targets.isosurface import Isosurface
     from simplexmesh.motion.targets.labels import LabelSurface
     from simplexmesh.motion.targets.points import Points
     from simplexmesh.motion.targets.triangles import Triangles
     from simplexmesh.motion.targets.union import Union
 
-__all__ = ["Isosurface", "LabelSurface", "Points", "Triangles", "Union"]
+__all__ = ["Border", "Isosurface", "LabelSurface", "Points", "Triangles", "Union"]
 
 _HOME = {
+    "Border": "borders",
     "Isosurface": "isosurface",
     "LabelSurface": "labels",
     "Points": "points",

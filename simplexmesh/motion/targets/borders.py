@@ -27,10 +27,17 @@ MIN_POINTS = 6
 
 @dataclass(frozen=True, eq=False)
 class Border:
-    """Points along the border lines of open data."""
+    """Points along the border lines of open data: what a target may have as its `border`.
 
-    points: Array  # (k, 3)
-    width: Array  # (k,) bounding box diagonal of the border line each point is on
+    Attributes
+    ----------
+    points : (k, 3) array of float
+    width : (k,) array of float
+        Length of the diagonal of the box around the border line that each point is on.
+    """
+
+    points: Array
+    width: Array
 
     def wider(self, smallest: float) -> Array:
         """Return the points on border lines at least `smallest` wide."""

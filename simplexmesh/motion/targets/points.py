@@ -19,6 +19,9 @@ from simplexmesh.motion.targets.surfels import _kernels_gaps
 from simplexmesh.motion.targets.surfels.surfels import Surfels, fitted_surfels
 from simplexmesh.numerics.kd_tree import nearest
 
+DETAIL = 0.4
+"""Size of a detail, in radii of the fits that show it: smaller faces pile up and fold on rims that noise blurs."""
+
 
 class SurfelTarget(BuiltInTarget):
     """The surface described by surfels; common base of `Points` and `LabelSurface`.
@@ -36,7 +39,7 @@ class SurfelTarget(BuiltInTarget):
     center: Array
 
     def _initialize(self, surfels: Surfels, center: Array) -> None:
-        self.surfels, self.center = surfels, center
+        self._surfels, self.center = surfels, center
         self._cache, self._spacing = _kernels_gaps.empty_cache(0), surfels.spacing(0.99)
 
     def gap(self, vertices: Array, normals: Array, reach: float) -> Array:
@@ -56,7 +59,7 @@ class SurfelTarget(BuiltInTarget):
             data only faces another way (more than 78 degrees from the normal).
         """
         vertices, normals, reach = checked_arguments(vertices, normals, reach)
-        s, out = self.surfels, np.zeros(len(vertices))
+        s, out = self._surfels, np.zeros(len(vertices))
         search = reach + self._spacing
         cache = self._cache  # a local reference: another thread may use this target for another mesh
         if len(cache.known) != len(vertices):
@@ -66,28 +69,28 @@ class SurfelTarget(BuiltInTarget):
         _kernels_gaps.surfel_gaps(vertices, normals, self.center, reach, search, s, cache, out)
         return out
 
-    def beyond(self, places: Array, distance: float) -> Mask:
+    def beyond(self, places: Array, reach: float) -> Mask:
         """Return (n,) bool: whether places are farther than a distance from all data points.
 
         With large noise the fitted surface, and `gap` with it, extends beyond the border of the data.
         """
-        nearest_surfel, _ = nearest(self.surfels, np.asarray(places) - self.center, 1)
-        return np.asarray(nearest_surfel[:, 0] > distance + 0.5 * self.surfels.spacing(0.9))
+        nearest_surfel, _ = nearest(self._surfels, np.asarray(places) - self.center, 1)
+        return np.asarray(nearest_surfel[:, 0] > reach + 0.5 * self._surfels.spacing(0.9))
 
     @cached_property
     def bounds(self) -> Array:
         """(2, 3) array of float: lowest and highest coordinates of the fitted surface."""
-        places = self.surfels.table[:, :3]
+        places = self._surfels.table[:, :3]
         return np.stack([places.min(axis=0), places.max(axis=0)]) + self.center
 
     @property
     def noise(self) -> float:
         """Standard deviation of the data about the fitted surface, along its normal, in the data's unit."""
-        return float(np.median(self.surfels.noise))
+        return float(np.median(self._surfels.noise))
 
     def samples(self) -> tuple[Array, Array]:
         """Return points (m, 3) on the fitted surface and unit normals (m, 3) there."""
-        return self.surfels.table[:, :3] + self.center, self.surfels.table[:, 3:6].copy()
+        return self._surfels.table[:, :3] + self.center, self._surfels.table[:, 3:6].copy()
 
 
 class Points(SurfelTarget):
@@ -124,6 +127,11 @@ class Points(SurfelTarget):
     def border(self) -> Border:
         """The border of the cloud, to which the boundary of a mesh is attracted."""
         return border_of_points(self.cloud.points)
+
+    def resolution(self, places: Array) -> Array:
+        """Return (n,) the size of the smallest details that the data shows at places (n, 3) near it."""
+        _, nearest_surfel = nearest(self.surfels, np.asarray(places) - self.center, 1)
+        return np.asarray(DETAIL * self.surfels.radius[nearest_surfel[:, 0]])
 
     def oriented_by(self, directions: ArrayLike | Callable[[Array], Any]) -> Points:
         """Return the target of the same points with oriented normals.

@@ -83,7 +83,7 @@ def add_handles(
     mesh: SimplexMesh,
     target: Target | None = None,
     *,
-    distance: float = 2.0,
+    gap: float = 2.0,
     difference: float = 0.2,
     angle: float = float(np.radians(30.0)),
     pairs: Iterable[Sequence[int]] | None = None,
@@ -100,8 +100,8 @@ def add_handles(
     mesh : SimplexMesh
     target : Target, optional
         The data, to distinguish deep tunnels from unrelated holes.
-    distance : float
-        Maximum distance of the centers, in mean radii.
+    gap : float
+        Maximum distance of the centers, in mean radii of the two holes.
     difference : float
         Maximum relative difference of the diameters.
     angle : float
@@ -133,7 +133,7 @@ def add_handles(
     >>> c = ball.connectivity
     >>> caps = [[f for f in range(ball.n_faces) if (s * z[ball.faces[f]] > 0.7).all()] for s in (1, -1)]
     >>> holed = sm.open_holes(ball, zones=caps).mesh
-    >>> out = sm.add_handles(holed, distance=3.0)
+    >>> out = sm.add_handles(holed, gap=3.0)
     >>> out.mesh.genus, out.mesh.n_holes, [proposal.accepted for proposal in out.proposals]
     (1, 0, [True])
     """
@@ -143,7 +143,7 @@ def add_handles(
     if accept is not None and not callable(accept):
         raise TypeError(f"accept must be a function of a HandleProposal, not {type(accept).__name__}")
     limits = (
-        checks.number("distance", distance, 0.0),
+        checks.number("gap", gap, 0.0),
         checks.number("difference", difference, 0.0, 1.0),
         checks.angle("angle", angle),
     )
@@ -224,10 +224,10 @@ def _resampled(line: Array, count: int = 32) -> Array:
     return np.stack([np.interp(places, length, closed[:, k]) for k in range(3)], axis=1)
 
 
-def _with_refusal(proposal: HandleProposal, distance: float, difference: float, angle: float) -> HandleProposal:
+def _with_refusal(proposal: HandleProposal, gap: float, difference: float, angle: float) -> HandleProposal:
     """Return the proposal, refused with the first condition that it fails, if any."""
     far = _relative_distance(proposal)
-    if far > distance and not (proposal.on_data is not None and proposal.on_data >= LEAST_ON_DATA):
+    if far > gap and not (proposal.on_data is not None and proposal.on_data >= LEAST_ON_DATA):
         reason = f"centers are {far:.3g} mean radii apart"
         return replace(
             proposal, reason=reason if proposal.on_data is None else f"{reason}, and no data is between them"

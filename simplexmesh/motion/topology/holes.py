@@ -89,14 +89,14 @@ def open_holes(
     mesh: SimplexMesh,
     target: Target | None = None,
     *,
-    distance: float | None = None,
+    reach: float | None = None,
     fewest: int = 6,
     zones: Iterable[ArrayLike] | None = None,
     accept: Callable[[HoleProposal], Any] | None = None,
 ) -> Opened:
     """Cut off the zones of a mesh that are far from the data (T3), leaving holes.
 
-    A zone is a connected set of faces whose vertices all lack data along their normals within `distance`. Next to a
+    A zone is a connected set of faces whose vertices all lack data along their normals within `reach`. Next to a
     hole, it enlarges the hole. Its outline is adjusted by a few faces to make a contour that can be cut, and groups of
     fewer than `fewest` faces that it encloses are included.
 
@@ -105,8 +105,8 @@ def open_holes(
     mesh : SimplexMesh
     target : Target, optional
         The data; optional when `zones` are given.
-    distance : float, optional
-        In the mesh's unit. Default: twice the mean edge length.
+    reach : float, optional
+        How far data is looked for, in the mesh's unit. Default: twice the mean edge length.
     fewest : int
         Minimum number of faces of a zone; ignored with `zones`.
     zones : iterable of arrays of int or of bool, optional
@@ -134,7 +134,7 @@ def open_holes(
     >>> import simplexmesh as sm
     >>> ball = sm.sphere(6)
     >>> half = sm.PointCloud(sm.sphere(20).vertices[sm.sphere(20).vertices[:, 2] > 0])
-    >>> out = open_holes(ball, sm.targets.Points(half), distance=0.1)
+    >>> out = open_holes(ball, sm.targets.Points(half), reach=0.1)
     >>> out.mesh.n_holes, out.mesh.n_components, out.proposals[0].accepted
     (1, 1, True)
     """
@@ -146,7 +146,7 @@ def open_holes(
     if accept is not None and not callable(accept):
         raise TypeError(f"accept must be a function of a HoleProposal, not {type(accept).__name__}")
     fewest = checks.integer("fewest", fewest, 1)
-    limit = 2 * mean_edge(mesh) if distance is None else checks.number("distance", distance, 0.0, open_low=True)
+    limit = 2 * mean_edge(mesh) if reach is None else checks.number("reach", reach, 0.0, open_low=True)
     if limit == 0.0:
         raise ValueError("mesh must have some size, but all its vertices are at one point")
     if zones is None:
@@ -161,12 +161,12 @@ def open_holes(
     return _opened(mesh, [_with_decision(proposal, accept) for proposal in proposals])
 
 
-def unseen(mesh: SimplexMesh, target: Target, distance: float) -> Mask:
+def unseen(mesh: SimplexMesh, target: Target, reach: float) -> Mask:
     """Return the mask (n,) of vertices without data within a distance, along the normal or at all."""
-    gaps = target_gaps(target, np.array(mesh.vertices), np.array(mesh.normals), distance)
+    gaps = target_gaps(target, np.array(mesh.vertices), np.array(mesh.normals), reach)
     beyond = getattr(target, "beyond", None)
-    lost = ~(np.abs(gaps) <= distance)
-    return np.asarray(lost if beyond is None else lost | beyond(mesh.vertices, distance))
+    lost = ~(np.abs(gaps) <= reach)
+    return np.asarray(lost if beyond is None else lost | beyond(mesh.vertices, reach))
 
 
 def zones_far(mesh: SimplexMesh, far: Mask) -> list[Mask]:

@@ -233,7 +233,7 @@ def _films_joined(
     for a, b in pairs[np.argsort(-counts, kind="stable")].tolist():
         opened = open_holes(mesh, zones=[films[a], films[b]]).mesh
         if opened.n_holes == 2 and opened.n_components == 1:
-            out = add_handles(opened, distance=DISTANCE, difference=DIFFERENCE, angle=ANGLE, accept=accept)
+            out = add_handles(opened, gap=DISTANCE, difference=DIFFERENCE, angle=ANGLE, accept=accept)
             if out.proposals[0].accepted:
                 return out.mesh, out.proposals[0]
     return None

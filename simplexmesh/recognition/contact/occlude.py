@@ -13,8 +13,8 @@ from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.errors import warn
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.data.conversion import as_triangles
-from simplexmesh.numerics.constrained_least_squares import constrained_least_squares
 from simplexmesh.numerics.rigid import plane_jacobian, rigid_fit, rotation_angle, small_motion
+from simplexmesh.recognition.contact.constrained_least_squares import constrained_least_squares
 from simplexmesh.recognition.contact.contact_limits import ContactLimits, pair_limits
 from simplexmesh.recognition.contact.part_distances import FACING_COSINE, Part, PartDistances, part_distances
 

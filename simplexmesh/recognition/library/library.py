@@ -14,9 +14,9 @@ from numpy.typing import ArrayLike
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import warn
-from simplexmesh._base.progress import Report, reporting
+from simplexmesh._base.progress import Progress, reporting
 from simplexmesh.data.points import PointCloud
-from simplexmesh.motion.reconstruct.open_data import are_inward
+from simplexmesh.motion.reconstruct.outer_side import are_inward
 from simplexmesh.recognition.library.global_descriptor import global_descriptor
 from simplexmesh.recognition.library.model_index import ModelIndex
 from simplexmesh.recognition.library.models import Model, model_of
@@ -38,7 +38,7 @@ class Recognition:
     Attributes
     ----------
     name : str
-    T_scan_model : (4, 4) array of float
+    T_target_source : (4, 4) array of float
         Maps the model's coordinates to the scan's frame.
     score : float
         At most 1: the fraction of the smaller surface that agrees with the other in distance and normals, less what is
@@ -56,12 +56,12 @@ class Recognition:
     ...     library = sm.ModelLibrary(f"{folder}/models.sml")
     ...     library.add("egg", sm.ellipsoid((3, 2, 1), 12))
     ...     found = library.recognize(sm.ellipsoid((3, 2, 1), 14).vertices)
-    >>> found[0].name, found[0].T_scan_model.shape
+    >>> found[0].name, found[0].T_target_source.shape
     ('egg', (4, 4))
     """
 
     name: str
-    T_scan_model: Array
+    T_target_source: Array
     score: float
     overlap: float
     error: float
@@ -210,7 +210,7 @@ class ModelLibrary:
         label: int | None = None,
         inside: str = "above",
         poses: ArrayLike | None = None,
-        progress: bool | Report = False,
+        progress: bool | Progress = False,
     ) -> tuple[Recognition, ...]:
         """Return the models recognized in a scan, best first, and their poses.
 
@@ -239,7 +239,7 @@ class ModelLibrary:
         best = checks.integer("best", best, 1)
         checks.choice("inside", inside, ("above", "below"))
         minimum_score = checks.number("minimum_score", minimum_score, 0.0, 1.0)
-        with reporting(progress) as report:
+        with reporting(progress, "recognizing") as report:
             report(0.0, "reading")
             index = self._read()
             if not index.names:
@@ -271,7 +271,7 @@ class ModelLibrary:
 
 
 def _recognized(
-    surface: OrientedPoints, index: ModelIndex, best: int, minimum_score: float, report: Report
+    surface: OrientedPoints, index: ModelIndex, best: int, minimum_score: float, report: Progress
 ) -> list[Recognition]:
     """Return the models recognized in a surface, best first."""
     scene = Scene.of(surface)
@@ -300,7 +300,7 @@ def _as_recognition(scene: Scene, name: str, model: Model, evaluation: Evaluatio
     """Return an evaluation in the frames and unit of the data."""
     return Recognition(
         name=name,
-        T_scan_model=checks.frozen(between_frames(evaluation.T, model.frame[0], scene.center, scene.unit)),
+        T_target_source=checks.frozen(between_frames(evaluation.T, model.frame[0], scene.center, scene.unit)),
         score=evaluation.score,
         overlap=float((evaluation.point_scores[1] > 0).mean()),
         error=evaluation.error * scene.unit,

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from simplexmesh._base.arrays import Array, Indices
-from simplexmesh._base.progress import Report
+from simplexmesh._base.progress import Progress
 from simplexmesh.recognition.library.model_index import ModelIndex
 from simplexmesh.recognition.library.scene import Scene
 from simplexmesh.recognition.register import pose_scoring
@@ -105,7 +105,7 @@ def evaluated(scene: Scene, candidate: Candidate) -> Evaluation:
 
 
 def ranked(
-    scene: Scene, descriptor: Array, index: ModelIndex, count: int, report: Report
+    scene: Scene, descriptor: Array, index: ModelIndex, count: int, report: Progress
 ) -> list[tuple[int, Evaluation]]:
     """Return the identities of up to `count` models, and the evaluations of their motions in the scene, best first."""
     report(0.3, "comparing")

@@ -15,7 +15,7 @@ from simplexmesh._base.errors import warn
 from simplexmesh._base.vectors import norm
 from simplexmesh.numerics.rigid import point_pairs, relative_extents, rigid_fit
 from simplexmesh.recognition.register.icp import find_correspondences, refined, uncertainty
-from simplexmesh.recognition.register.oriented_points import oriented_points
+from simplexmesh.recognition.register.oriented_points import oriented_pair
 
 REACH = 3.0
 """First reach, in root mean square distances of the pairs, and last reach, in spacings of the points: a larger one
@@ -62,7 +62,16 @@ class Alignment:
         return f"Alignment(overlap {self.overlap:.0%}, error {self.error:.3g}, pairs_error {self.pairs_error:.3g})"
 
 
-def align(source: Any, target: Any, pairs: tuple[ArrayLike, ArrayLike], *, refine: bool = True) -> Alignment:
+def align(
+    source: Any,
+    target: Any,
+    pairs: tuple[ArrayLike, ArrayLike],
+    *,
+    refine: bool = True,
+    level: float | tuple[float | None, float | None] | None = None,
+    label: int | tuple[int | None, int | None] | None = None,
+    inside: str | tuple[str, str] = "above",
+) -> Alignment:
     """Return the rigid motion from pairs of picked points, refined on the surfaces (iterative closest points).
 
     Three or more points picked by hand on both give the initial pose, which is refined where both overlap. `register`
@@ -70,12 +79,14 @@ def align(source: Any, target: Any, pairs: tuple[ArrayLike, ArrayLike], *, refin
 
     Parameters
     ----------
-    source, target : SimplexMesh, TriangleMesh, PointCloud, array, PyVista or trimesh object, or path
+    source, target : SimplexMesh, TriangleMesh, PointCloud, Volume, array, PyVista or trimesh object, or path
         In one unit; either may be partial.
     pairs : pair of (k, 3) arrays of float
         Points of the source and the corresponding points of the target; at least three, not collinear.
     refine : bool
         Whether to refine the motion of the pairs on the surfaces.
+    level, label, inside : optional
+        The surface of volumes, as in `register`.
 
     Returns
     -------
@@ -109,7 +120,7 @@ def align(source: Any, target: Any, pairs: tuple[ArrayLike, ArrayLike], *, refin
     start = rigid_fit(source_points, target_points)
     residuals = norm(source_points @ start[:3, :3].T + start[:3, 3] - target_points)
     pairs_error = float(np.sqrt((residuals**2).mean()))
-    moving, fixed = oriented_points(source, "source"), oriented_points(target, "target")
+    moving, fixed = oriented_pair(source, target, level, label, inside)
     reach, T = REACH * max(moving.spacing, fixed.spacing), start
     if refine:
         fine_moving, fine_fixed = moving.on_quadrics(), fixed.on_quadrics()

@@ -13,7 +13,8 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import dot, norm
-from simplexmesh.numerics.rigid import plane_jacobian, robust_weights, small_motion
+from simplexmesh.numerics.rigid import plane_jacobian, small_motion
+from simplexmesh.numerics.robust import robust_weights
 from simplexmesh.recognition.register.oriented_points import OrientedPoints
 
 MINIMUM_COSINE = 0.5

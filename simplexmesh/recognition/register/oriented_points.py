@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,11 +15,11 @@ from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.errors import TopologyError
 from simplexmesh._base.units import common_unit
 from simplexmesh._base.vectors import dot, norm
-from simplexmesh.data.conversion import as_data
+from simplexmesh.data.conversion import as_given
 from simplexmesh.data.points import PointCloud, distinct
 from simplexmesh.data.volume import Volume
 from simplexmesh.motion.reconstruct.conversion import as_input
-from simplexmesh.motion.reconstruct.open_data import are_inward
+from simplexmesh.motion.reconstruct.outer_side import are_inward
 from simplexmesh.motion.targets.borders import border_of_points
 from simplexmesh.numerics import _kernels_local_fits
 from simplexmesh.numerics.plane_fits import Planes, fitted, spacing_within
@@ -117,20 +118,51 @@ def oriented_points(
     return OrientedPoints(points, normals, spacing, noise, smooth, quadrics, neighbor_distances, given, cloud.unit)
 
 
-def _points_of(data: Any, name: str, **options: Any) -> tuple[PointCloud, bool]:
-    """Return points on the surface of any data, with its unit and any normals, and whether these are unchecked."""
-    if isinstance(data, str | os.PathLike):
-        data = as_data(data, name)
+def oriented_pair(
+    source: Any, target: Any, level: Any, label: Any, inside: Any
+) -> tuple[OrientedPoints, OrientedPoints]:
+    """Return the surfaces of two data; level, label and inside are pairs, or of those of the two that are volumes."""
+    things = {"source": source, "target": target}
+    for name, given in things.items():
+        if not isinstance(given, list | tuple):
+            with _called(name):
+                things[name] = as_given(given, name)
+    words = {"level": (level, None), "label": (label, None), "inside": (inside, "above")}
+    pairs = {word: _pair(word, *values, list(things.values())) for word, values in words.items()}
+    one, other = (
+        oriented_points(given, name, **{word: pair[k] for word, pair in pairs.items()})
+        for k, (name, given) in enumerate(things.items())
+    )
+    return one, other
+
+
+def _pair(name: str, value: Any, default: Any, things: list[Any]) -> tuple[Any, Any]:
+    """Return the values for source and target: a pair, or one for the volumes among them; for both if none is one."""
+    if not isinstance(value, tuple | list):
+        volumes = [isinstance(each, Volume) for each in things]
+        value = [value if is_volume or not any(volumes) else default for is_volume in volumes]
+    if len(value) != 2:
+        raise ValueError(f"{name} must be one or a pair (source, target), not {len(value)} of them")
+    return value[0], value[1]
+
+
+@contextmanager
+def _called(name: str) -> Iterator[None]:
+    """Let errors call the data by the name of an argument."""
     try:
-        if not isinstance(data, list | tuple):
-            data = as_data(data)
-        if not isinstance(data, Volume):
-            options["inside"] = "above"
-        found = as_input(data, components="all", **options)
+        yield
     except (ValueError, TypeError) as error:
         kind = type(error) if isinstance(error, TypeError | TopologyError) else ValueError
-        message = str(error).removeprefix("data ")
-        raise kind(f"{name} {message}" if message != str(error) else f"{name}: {error}") from None
+        message = str(error)
+        if not message.startswith(name):
+            message = f"{name} {message[5:]}" if message.startswith("data ") else f"{name}: {message}"
+        raise kind(message) from None
+
+
+def _points_of(data: Any, name: str, **options: Any) -> tuple[PointCloud, bool]:
+    """Return points on the surface of any data, with its unit and any normals, and whether these are unchecked."""
+    with _called(name):
+        found = as_input(data, components="all", **options)
     cloud = found.samples()
     return replace(cloud, unit=found.source.unit), cloud.normals is not None and not found.oriented
 

@@ -12,7 +12,7 @@ from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import warn
 from simplexmesh._base.html import card
-from simplexmesh._base.progress import Report, reporting
+from simplexmesh._base.progress import Progress, reporting
 from simplexmesh.data.points import PointCloud
 from simplexmesh.numerics.rigid import rotation_angle
 from simplexmesh.recognition.register import pose_scoring
@@ -25,7 +25,7 @@ from simplexmesh.recognition.register.icp import (
     refined,
     uncertainty,
 )
-from simplexmesh.recognition.register.oriented_points import OrientedPoints, check_units, oriented_points
+from simplexmesh.recognition.register.oriented_points import OrientedPoints, check_units, oriented_pair
 from simplexmesh.recognition.register.pose_candidates import pose_candidates
 from simplexmesh.recognition.register.pose_scoring import Source, distinct, target_grid
 from simplexmesh.recognition.register.verify import Evaluation, Verifier
@@ -51,8 +51,8 @@ class Pose:
     Attributes
     ----------
     T_target_source : (4, 4) array of float
-    score : float
-        At most 1, as in `Registration`.
+    score, overlap : float
+        As in `Registration`.
     equivalent : bool
         Whether the data does not distinguish it from the best pose.
 
@@ -62,17 +62,19 @@ class Pose:
     >>> egg = sm.ellipsoid((3, 2, 1), 12)
     >>> [pose.equivalent for pose in sm.register(egg, egg).poses]
     [True, True, True]
-    >>> Pose(np.diag([-1.0, -1.0, 1.0, 1.0]), 0.9, True)
-    Pose(score 0.90, turned by 180.0 degrees, equivalent)
+    >>> Pose(np.diag([-1.0, -1.0, 1.0, 1.0]), 0.9, 0.8, True)
+    Pose(score 0.90, overlap 80%, turned by 180.0 degrees, equivalent)
     """
 
     T_target_source: Array
     score: float
+    overlap: float
     equivalent: bool
 
     def __repr__(self) -> str:
         turn = np.degrees(rotation_angle(self.T_target_source))
-        return f"Pose(score {self.score:.2f}, turned by {turn:.1f} degrees{', equivalent' if self.equivalent else ''})"
+        said = f"score {self.score:.2f}, overlap {self.overlap:.0%}, turned by {turn:.1f} degrees"
+        return f"Pose({said}{', equivalent' if self.equivalent else ''})"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -147,9 +149,9 @@ def register(
     *,
     level: float | tuple[float | None, float | None] | None = None,
     label: int | tuple[int | None, int | None] | None = None,
-    inside: str = "above",
-    minimum_overlap: float = 0.1,
-    progress: bool | Report = False,
+    inside: str | tuple[str, str] = "above",
+    minimum_score: float = 0.1,
+    progress: bool | Progress = False,
 ) -> Registration:
     """Find the rigid motion between two objects, without an initial guess and without scaling.
 
@@ -161,13 +163,11 @@ def register(
     ----------
     source, target : SimplexMesh, TriangleMesh, PointCloud, Volume, array, pyvista or trimesh object, path, or scans
         In one unit. Either may be partial. Missing normals are estimated.
-    level, label : number or pair of numbers, optional
-        The surface of volumes, for both or for (source, target); as in `reconstruct`.
-    inside : {"above", "below"}
-        Side of the level on which a volume's object is, as in `reconstruct`; other data ignores it.
-    minimum_overlap : float
-        The score, as a fraction of the smaller surface, below which a warning is given; random poses have less than
-        0.1.
+    level, label, inside : as in `reconstruct`, or pairs of these, optional
+        The surface of those of the two that are volumes, or of (source, target).
+    minimum_score : float
+        The score below which a warning is given; wrong poses of scans without symmetry have less than 0.1. It tells
+        these from right ones, which an overlap of points that happen to be near does not.
     progress : bool or callable
         True shows a bar; a function is called with the fraction done and a message.
 
@@ -183,7 +183,7 @@ def register(
     Warns
     -----
     SimplexMeshWarning
-        The best pose has less than the minimum overlap, or the normals of source and target were opposite.
+        The best pose has less than the minimum score, or the normals of source and target were opposite.
 
     References
     ----------
@@ -202,27 +202,22 @@ def register(
     >>> bool(np.allclose(found.T_target_source, T, atol=0.01))
     True
     """
-    minimum_overlap = checks.number("minimum_overlap", minimum_overlap, 0.0, 1.0)
-    checks.choice("inside", inside, ("above", "below"))
-    levels, labels = _pair("level", level), _pair("label", label)
-    with reporting(progress) as report:
+    minimum_score = checks.number("minimum_score", minimum_score, 0.0, 1.0)
+    with reporting(progress, "registering") as report:
         report(0.0, "reading")
-        moving, fixed = (
-            oriented_points(data, name, level=levels[k], label=labels[k], inside=inside)
-            for k, (name, data) in enumerate((("source", source), ("target", target)))
-        )
+        moving, fixed = oriented_pair(source, target, level, label, inside)
         check_units(moving, fixed)
-        found = _registered(moving, fixed, minimum_overlap, report)
+        found = _registered(moving, fixed, minimum_score, report)
         report(1.0, "done")
     return replace(found, _points=(moving.points, fixed.points))
 
 
-def _registered(source: OrientedPoints, target: OrientedPoints, minimum_overlap: float, report: Report) -> Registration:
+def _registered(source: OrientedPoints, target: OrientedPoints, minimum_score: float, report: Progress) -> Registration:
     """Return the pose; if none fits, and the sign of normals was given, that with the source's normals flipped."""
     found = _poses(source, target, report)
-    if found.score < minimum_overlap and (source.given or target.given):
+    if found.score < minimum_score and (source.given or target.given):
         flipped = _poses(source.flipped(), target, report)
-        if flipped.score >= minimum_overlap:
+        if flipped.score >= minimum_score:
             warn("the normals of source and target are opposite; those of the source were flipped")
             return flipped
     if not found.score > 0:
@@ -231,15 +226,15 @@ def _registered(source: OrientedPoints, target: OrientedPoints, minimum_overlap:
         raise ValueError(
             f"source and target must have at least {MINIMUM_INLIERS} points in common; the best pose found has fewer"
         )
-    if found.score < minimum_overlap:
+    if found.score < minimum_score:
         warn(
-            f"source and target agree on {found.score:.1%} of the smaller in the best pose found, less than "
-            f"{minimum_overlap:.0%}: it may be wrong"
+            f"the best pose found may be wrong: its score is {found.score:.2f}, its overlap {found.overlap:.0%}, and "
+            f"scores below {minimum_score:g} are those of chance"
         )
     return found
 
 
-def _poses(source: OrientedPoints, target: OrientedPoints, report: Report) -> Registration:
+def _poses(source: OrientedPoints, target: OrientedPoints, report: Progress) -> Registration:
     """Return the best pose of a surface on another, and the others, in the frames and unit of the data."""
     report(0.4, "voting")
     rng = np.random.default_rng(0)
@@ -303,7 +298,7 @@ def _as_registration(
         return checks.frozen(between_frames(T, *centers, unit))
 
     A = about_origin(centers[1]) @ np.diag([1.0] * 3 + [unit] * 3)
-    poses = tuple(Pose(in_data_frame(each.T), each.score, bool(same)) for each, same in others)
+    poses = tuple(Pose(in_data_frame(each.T), each.score, each.overlap, bool(same)) for each, same in others)
     return Registration(
         T_target_source=in_data_frame(best.T),
         error=best.error * unit,
@@ -314,12 +309,3 @@ def _as_registration(
         open_motions=checks.frozen(open_motions @ A.T),
         covariance=checks.frozen(A @ covariance @ A.T if np.isfinite(best.error) else covariance),
     )
-
-
-def _pair(name: str, value: Any) -> tuple[Any, Any]:
-    """Return the values for source and target."""
-    if isinstance(value, tuple | list):
-        if len(value) != 2:
-            raise ValueError(f"{name} must be one number or a pair (source, target), not {len(value)} of them")
-        return value[0], value[1]
-    return value, value

@@ -92,7 +92,7 @@ class SAI:
         return f"SAI({kind}frequency {self.frequency}, {self.n_vertices} vertices{seen})"
 
     @property
-    def domain(self) -> SphereDomain | FlatDomain:
+    def _domain(self) -> SphereDomain | FlatDomain:
         """The regular mesh of the signature: the unit sphere, or the torus, cylinder or disc of its topology."""
         return domain(self.topology, self.frequency)
 
@@ -109,7 +109,7 @@ class SAI:
     @property
     def directions(self) -> Array:
         """(n, 3) position of each vertex on the unit sphere, or on the domain of another topology."""
-        return self.domain.vertices
+        return self._domain.vertices
 
     @property
     def area(self) -> float:
@@ -125,13 +125,13 @@ class SAI:
     @cached_property
     def visible_fraction(self) -> float:
         """The visible fraction of the unit sphere (A2 of equation 6.8, over 4 pi)."""
-        cells = self.domain.cell_areas
+        cells = self._domain.cell_areas
         return float(cells[~self.hidden].sum() / cells.sum())
 
     @cached_property
     def center(self) -> Array:
         """(3,) mean direction of the visible part, a unit vector; the x axis if all is visible."""
-        cells = self.domain.cell_areas
+        cells = self._domain.cell_areas
         mean = (self.directions * cells[:, None])[~self.hidden].sum(axis=0)
         length = float(np.linalg.norm(mean))
         return np.array([1.0, 0.0, 0.0]) if length < 1e-6 * cells.sum() else mean / length

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
-from simplexmesh._base.progress import Report, reporting
+from simplexmesh._base.progress import Progress, reporting
 from simplexmesh.data.points import PointCloud
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.model.state import mean_edge
@@ -33,7 +33,7 @@ def sai(
     poses: ArrayLike | None = None,
     tolerance: float | None = None,
     topology: str = "sphere",
-    progress: bool | Report = False,
+    progress: bool | Progress = False,
 ) -> SAI:
     """Return the spherical attribute image of an object, or its image on a torus, a cylinder or a disc.
 
@@ -97,7 +97,7 @@ def sai(
     limit = None if tolerance is None else checks.number("tolerance", tolerance, 0.0, open_low=True)
     checks.choice("inside", inside, ("above", "below"))
     checks.choice("topology", topology, TOPOLOGIES)
-    with reporting(progress) as report:
+    with reporting(progress, "computing the signature") as report:
         report(0.0, "reading")
         known = as_input(data, level=level, label=label, inside=inside, poses=poses)
         cloud = _checked_samples(known.samples())

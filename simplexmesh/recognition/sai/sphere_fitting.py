@@ -13,7 +13,7 @@ from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.model.deform import DeformableModel
 from simplexmesh.motion.model.forces import CONSTRAINTS
 from simplexmesh.motion.model.state import mean_edge
-from simplexmesh.motion.reconstruct.open_data import are_inward
+from simplexmesh.motion.reconstruct.outer_side import are_inward
 from simplexmesh.motion.start.primitives import primitive_around, principal_frame
 from simplexmesh.motion.targets.borders import border_of_points
 from simplexmesh.motion.targets.points import Points

@@ -11,9 +11,7 @@ import numpy as np
 from simplexmesh._base.arrays import Array
 from simplexmesh.recognition.register.verify import SAME_SCORE, Evaluation
 from simplexmesh.recognition.scans.pose_graph import optimized
-from simplexmesh.recognition.scans.scan_pairs import Measured, Scan, contact, measure, search, verifier_of
-
-Pair = tuple[int, int]
+from simplexmesh.recognition.scans.scan_pairs import Measured, Pair, Scan, contact, measure, search, verifier_of
 
 CERTAIN, POSSIBLE = 0.4, 0.3
 """Scores from which a pair is believed by itself, and from which it may be where nothing better is known.

@@ -13,9 +13,7 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from simplexmesh._base.arrays import Array, Indices
-from simplexmesh.recognition.scans.scan_pairs import Measured
-
-Pair = tuple[int, int]
+from simplexmesh.recognition.scans.scan_pairs import Measured, Pair
 
 SYSTEMATIC = 0.3
 """Part of the distances between two scans that neighboring points share, as a scanner's distortions are: more points do

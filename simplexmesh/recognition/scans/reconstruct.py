@@ -12,7 +12,7 @@ from typing import Any, ParamSpec
 import numpy as np
 
 from simplexmesh._base.errors import warn
-from simplexmesh._base.progress import Report, part_of, reporting
+from simplexmesh._base.progress import Progress, part_of, reporting
 from simplexmesh.data.conversion import as_data
 from simplexmesh.data.points import PointCloud, cloud_of_vertices
 from simplexmesh.data.triangles import TriangleMesh
@@ -24,10 +24,9 @@ from simplexmesh.numerics.rigid import rotation_angle
 from simplexmesh.recognition.register.oriented_points import FEWEST_POINTS
 from simplexmesh.recognition.scans.assembly import TOUCHING
 from simplexmesh.recognition.scans.register_all import Registered, names_of, registered, registered_named, tell_groups
-from simplexmesh.recognition.scans.scan_pairs import Scan, contact
+from simplexmesh.recognition.scans.scan_pairs import Pair, Scan, contact
 
 P = ParamSpec("P")
-Pair = tuple[int, int]
 
 ADJOINING, TRUSTED = 0.003, 0.7
 """Fraction of a scan near another from which the two are compared, a seam between parts; and the share of it that must
@@ -54,7 +53,7 @@ def _with_poses(fit: Callable[P, Reconstruction]) -> Callable[P, Reconstruction]
         if not needs_poses(chosen["data"], chosen["poses"]):
             return told(fit(*arguments, **options))
         check_choices(chosen)
-        with reporting(chosen["progress"]) as report:
+        with reporting(chosen["progress"], "reconstructing") as report:
             chosen["data"], found = posed_scans(chosen["data"], chosen["poses"], part_of(report, 0.0, SHARE))
             chosen["poses"] = None if found is None else found.poses[list(found.groups[0])]
             chosen["progress"] = part_of(report, SHARE, 1.0)
@@ -83,7 +82,7 @@ def check_choices(chosen: Mapping[str, Any]) -> None:
     check_for_no_volume("PointCloud", *(given.arguments[name] for name in ("level", "label", "inside")))
 
 
-def posed_scans(data: Sequence[Any], poses: Any, report: Report) -> tuple[list[Any], Registered | None]:
+def posed_scans(data: Sequence[Any], poses: Any, report: Progress) -> tuple[list[Any], Registered | None]:
     """Return the scans that hang together and all poses, None where frames agree or cannot be compared."""
     names, scans = names_of(data), [as_data(scan) for scan in data]
     if poses == "auto":
@@ -107,7 +106,7 @@ def _turned_over(scan: Any) -> PointCloud:
     return cloud if cloud.normals is None else replace(cloud, normals=-cloud.normals)
 
 
-def _compared(scans: list[Any], names: tuple[str, ...], report: Report) -> Registered | None:
+def _compared(scans: list[Any], names: tuple[str, ...], report: Progress) -> Registered | None:
     """Return poses, with a warning, if scans in their own frames contradict each other and fit in others."""
     sizes = [len(scan.points if isinstance(scan, PointCloud) else scan.vertices) for scan in scans
              if isinstance(scan, PointCloud | TriangleMesh)]  # fmt: skip

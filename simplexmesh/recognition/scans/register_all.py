@@ -13,8 +13,10 @@ import numpy as np
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import warn
-from simplexmesh._base.progress import Report, reporting
+from simplexmesh._base.progress import Progress, reporting
 from simplexmesh._base.vectors import norm
+from simplexmesh.data.conversion import as_given
+from simplexmesh.data.volume import Volume
 from simplexmesh.recognition.register.icp import about_origin, between_frames
 from simplexmesh.recognition.scans.assembly import Assembly
 from simplexmesh.recognition.scans.scan_pairs import Scan
@@ -25,7 +27,7 @@ CONTRADICTING = 10.0
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ScanPair:
-    """Two scans of a set that overlap; made by `register_all`.
+    """Two scans of a set that overlap, or seemed to; made by `register_all`.
 
     Attributes
     ----------
@@ -38,7 +40,8 @@ class ScanPair:
     overlap : float
         Fraction of the smaller scan near the other.
     accepted : bool
-        Whether it agrees with the poses of all scans; pairs that do not have no influence on them.
+        Whether it is measured from the poses of all scans. Otherwise it is a pose in which the two fit alone and that
+        contradicts these, on which it has no influence.
     ambiguous : bool
         Whether the pose is one of several that fit as well, and no other scan tells which: what the two have in common
         is symmetric.
@@ -76,7 +79,8 @@ class Registered:
     groups : tuple of tuple of int
         Scans that hang together, the largest group first. Between groups poses mean nothing.
     edges : tuple of ScanPair
-        The pairs of scans that overlap.
+        The pairs of scans that overlap, and after these poses of pairs alone that contradict those of all, not
+        `accepted`.
     residuals : (e,) array of float
         How far the poses move each pair from where it fits best, root mean square over the source, in the data's unit.
     covariance : (n, 6, 6) array of float
@@ -118,7 +122,7 @@ class Registered:
         return f"Registered({len(self.names)} scans in {groups}, {len(self.edges)} edges{alone})"
 
 
-def register_all(scans: Sequence[Any], *, progress: bool | Report = False) -> Registered:
+def register_all(scans: Sequence[Any], *, progress: bool | Progress = False) -> Registered:
     """Find the poses of several scans of one object, in any order, without an initial guess.
 
     Pairs are registered as by `register` until all scans hang together. A pair joins two groups only if all their scans
@@ -171,12 +175,16 @@ def register_all(scans: Sequence[Any], *, progress: bool | Report = False) -> Re
         raise TypeError(f"scans must be a list of scans, not {type(scans).__name__}")
     if len(scans) < 2:
         raise ValueError(f"scans must be at least 2, not {len(scans)}")
-    with reporting(progress) as report:
+    read = [scan if isinstance(scan, list | tuple) else as_given(scan, f"scans[{k}]") for k, scan in enumerate(scans)]
+    for k, scan in enumerate(read):
+        if isinstance(scan, Volume):
+            raise TypeError(f"scans[{k}] must be points or a surface, not a {checks.type_name(scan)}")
+    with reporting(progress, "registering") as report:
         report(0.0, "reading")
-        return registered_named(scans, names_of(scans), report)
+        return registered_named(read, names_of(scans), report)
 
 
-def registered_named(scans: Sequence[Any], names: tuple[str, ...], report: Report) -> Registered:
+def registered_named(scans: Sequence[Any], names: tuple[str, ...], report: Progress) -> Registered:
     """Return the poses of scans, with warnings that call them by these names."""
     found = registered(Scan.all_of(list(scans), names), names, report)
     report(1.0, "done")
@@ -205,7 +213,7 @@ def names_of(scans: Sequence[Any]) -> tuple[str, ...]:
     return tuple(name if short.count(name) == 1 else str(scan) for name, scan in zip(short, scans, strict=True))
 
 
-def registered(scans: list[Scan], names: tuple[str, ...], report: Report) -> Registered:
+def registered(scans: list[Scan], names: tuple[str, ...], report: Progress) -> Registered:
     """Return the poses of prepared scans, in the frames and unit of the data."""
     assembly = Assembly.of(scans)
     assembly.assemble(lambda fraction: report(0.1 + 0.6 * fraction, "registering pairs"))
@@ -235,7 +243,7 @@ def _edges(assembly: Assembly) -> tuple[tuple[ScanPair, ...], Array]:
         if assembly.group_of(i) is assembly.group_of(j):
             off = _shift(scans[i], found.T, assembly.relative(i, j))
             if off > CONTRADICTING * typical:
-                edges.append(((i, j), found.T, typical, found.near, False, False))
+                edges.append(((i, j), found.T, found.found.error, found.near, False, False))
                 residuals.append(off)
     unit = scans[0].unit
     pairs = []

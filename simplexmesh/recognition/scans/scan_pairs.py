@@ -26,6 +26,9 @@ from simplexmesh.recognition.register.register import (
 )
 from simplexmesh.recognition.register.verify import Evaluation, Verifier
 
+Pair = tuple[int, int]
+"""The numbers of a source and its target among the scans."""
+
 MATCHED = 5_000
 """Points of each scan that are matched in refinements: more change poses by less than their error."""
 

@@ -12,12 +12,13 @@ from simplexmesh._base.arrays import Array
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.surface.curvature.adaptive.adaptive import ADAPTIVE
+from simplexmesh.surface.curvature.classic import discrete, fans, principal, simplex_angle
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.neighborhoods import Neighborhood
 from simplexmesh.surface.normals.estimate import starting_normals
 from simplexmesh.surface.reasons import DEGENERATE, FOUND
 from simplexmesh.surface.registry import (
-    ADAPTIVE,
     Estimates,
     Method,
     chosen,
@@ -28,21 +29,19 @@ from simplexmesh.surface.registry import (
 )
 from simplexmesh.surface.sampled_surface import SampledSurface, as_sampled_surface
 
-FANS = "curvature.classic.fans.estimate"
-
 METHODS = {
     "adaptive": ADAPTIVE,
-    "chen_schmitt": Method(FANS, {"weighted": True, "normalized": False}, {"kind": "chen_schmitt"}),
-    "discrete": Method("curvature.classic.discrete.estimate", {"area": "mixed", "projected": False}, needs_faces=True),
-    "extended_quadric": Method(FANS, {"least": 6}, {"kind": "quadric", "terms": 5}),
-    "full_quadric": Method(FANS, {"least": 6}, {"kind": "quadric", "terms": 6}),
-    "langer": Method(FANS, fixed={"kind": "langer"}),
-    "langer_exact": Method(FANS, fixed={"kind": "langer_exact"}),
-    "principal": Method("curvature.classic.principal.estimate", {"radius": 5}, needs_faces=True, own_scale=True),
-    "quadric": Method(FANS, {"least": 3}, {"kind": "quadric", "terms": 3}),
-    "simplex_angle": Method("curvature.classic.simplex_angle.estimate", normals=None, needs_faces=True),
-    "sine": Method(FANS, {"least_swing": False}, {"kind": "sine"}),
-    "taubin": Method(FANS, fixed={"kind": "taubin"}),
+    "chen_schmitt": Method(fans.estimate, {"weighted": True, "normalized": False}, {"kind": "chen_schmitt"}),
+    "discrete": Method(discrete.estimate, {"area": "mixed", "projected": False}, needs_faces=True),
+    "extended_quadric": Method(fans.estimate, {"least": 6}, {"kind": "quadric", "terms": 5}),
+    "full_quadric": Method(fans.estimate, {"least": 6}, {"kind": "quadric", "terms": 6}),
+    "langer": Method(fans.estimate, fixed={"kind": "langer"}),
+    "langer_exact": Method(fans.estimate, fixed={"kind": "langer_exact"}),
+    "principal": Method(principal.estimate, {"radius": 5}, needs_faces=True, own_scale=True),
+    "quadric": Method(fans.estimate, {"least": 3}, {"kind": "quadric", "terms": 3}),
+    "simplex_angle": Method(simplex_angle.estimate, normals=None, needs_faces=True),
+    "sine": Method(fans.estimate, {"least_swing": False}, {"kind": "sine"}),
+    "taubin": Method(fans.estimate, fixed={"kind": "taubin"}),
 }
 """All curvature estimators."""
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Mask
 from simplexmesh._base.html import grid, pictured
 from simplexmesh._base.vectors import cross
@@ -116,16 +117,17 @@ class Curvature:
         Parameters
         ----------
         angle : float or (n,) array of float
-            Of the section from `d1`, radians, counter-clockwise seen from outside.
+            Of the section from `d1`, radians, from -pi to pi, counter-clockwise seen from outside.
         tilt : float or (n,) array of float
             Between the plane and the normal, radians, less than a right angle.
 
         Raises
         ------
         ValueError
-            A tilt of a right angle or more.
+            An angle beyond pi, a tilt of a right angle or more.
         """
         angles, tilts = np.asarray(angle, float), np.asarray(tilt, float)
+        checks.angle("angle", float(np.abs(angles).max(initial=0.0)))
         if (np.abs(tilts) >= np.pi / 2).any():
             raise ValueError(f"tilt must be less than a right angle, not {np.abs(tilts).max():g}")
         out: Array = (self.k1 * np.cos(angles) ** 2 + self.k2 * np.sin(angles) ** 2) / np.cos(tilts)

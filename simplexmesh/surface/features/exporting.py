@@ -9,7 +9,7 @@ import numpy as np
 
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.named_arrays import taken
-from simplexmesh.data.io import writing
+from simplexmesh.data.io import polydata
 from simplexmesh.data.triangles import TriangleMesh
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ KINDS = ("C0", "Gn")
 
 def polylines(lines: Sequence[FeatureLine]) -> pv.PolyData:
     """Return lines as polylines: cells have their number as "line" and that of their "kind", points their "angle"."""
-    out = writing.polylines(_joined([line.points for line in lines], (0, 3)), _cells(lines))
+    out = polydata.polylines(_joined([line.points for line in lines], (0, 3)), _cells(lines))
     out.cell_data["line"] = np.arange(len(lines))
     out.cell_data["kind"] = _kinds(lines)
     out.point_data["angle"] = _joined([line.angle for line in lines], (0,))

@@ -29,8 +29,8 @@ def zones(surface: Any, network: FeatureNetwork | None = None, *, tolerance: flo
     network : FeatureNetwork, optional
         Its sharp edges; by default those that `feature_lines` finds.
     tolerance : float, optional
-        Zones also end where the surface goes on smoothly with another curvature: one that differs by more than this
-        from that of the triangle from which the zone grew, per unit of length (the root of the sum of the squared
+        A curvature, 1 / length, not a length: zones also end where the surface goes on smoothly with a curvature that
+        differs by more than this from that of the triangle from which the zone grew (the root of the sum of the squared
         principal curvatures: 0 in planes, 1 / radius on cylinders). Default: at sharp edges only.
 
     Returns

@@ -31,7 +31,7 @@ def morphed(
     *,
     radius: float | None = None,
     kernel: str = "compact",
-    tolerance: float = 1e-6,
+    accuracy: float = 1e-6,
 ) -> Any:
     """Return a surface deformed so that its landmarks move to the targets.
 
@@ -52,7 +52,7 @@ def morphed(
     kernel : {"compact", "thin_plate"}
         "compact": phi = (1 - d / r)^4 (4 d / r + 1), of compact support and class C2 (Wendland 1995). "thin_plate": the
         deformation of least bending energy, which reproduces affine maps (Bookstein 1989); it has no radius.
-    tolerance : float
+    accuracy : float
         Largest distance of the moved landmarks from the targets, as a share of the diagonal.
 
     Returns
@@ -84,7 +84,7 @@ def morphed(
     data = surface if hasattr(surface, "connectivity") else as_data(surface, "surface")
     points = np.asarray(data.points if isinstance(data, PointCloud) else getattr(data, "vertices", None), dtype=float)
     if points.ndim != 2:
-        raise TypeError(f"surface must be a mesh or points, not {type(data).__name__}")
+        raise TypeError(f"surface must be a mesh or points, not {checks.type_name(data)}")
     checks.size("surface", np.stack([points.min(axis=0), points.max(axis=0)]))
     checks.choice("kernel", kernel, ("compact", "thin_plate"))
     given = checks.any_array("landmarks", landmarks)
@@ -94,14 +94,14 @@ def morphed(
     if not len(at):
         raise ValueError("landmarks must be at least one, not none")
     diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
-    accuracy = checks.number("tolerance", tolerance, 0.0, open_low=True) * diagonal
-    at, displacements = _distinct(at, displacements, accuracy)
+    largest = checks.number("accuracy", accuracy, 0.0, open_low=True) * diagonal
+    at, displacements = _distinct(at, displacements, largest)
     if kernel == "thin_plate":
         if radius is not None:
             raise ValueError(f"radius must be left out with a thin plate, which has none, not be {radius!r}")
         moved = points + _thin_plate(at, displacements, points)
     else:
-        moved = points + _compact(at, displacements, points, _radius(radius, displacements, diagonal), accuracy)
+        moved = points + _compact(at, displacements, points, _radius(radius, displacements, diagonal), largest)
     if isinstance(data, PointCloud):
         return replace(data, points=moved, normals=None)
     return replace(data, vertices=moved)

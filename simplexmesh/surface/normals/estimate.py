@@ -10,11 +10,12 @@ from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks, vectors
 from simplexmesh._base.arrays import Array
+from simplexmesh.surface.curvature.adaptive.adaptive import ADAPTIVE
 from simplexmesh.surface.face_cycles import one_rings
 from simplexmesh.surface.neighborhoods import Neighborhood, Neighborhoods
+from simplexmesh.surface.normals import faces, neighbors
 from simplexmesh.surface.reasons import DEGENERATE, FOUND
 from simplexmesh.surface.registry import (
-    ADAPTIVE,
     Method,
     Normals,
     chosen,
@@ -25,16 +26,14 @@ from simplexmesh.surface.registry import (
 from simplexmesh.surface.sampled_surface import SampledSurface, as_sampled_surface
 
 METHODS = {
-    "mean": Method("normals.faces.estimate", fixed={"weighting": "uniform"}, normals=None, needs_faces=True),
-    "area": Method("normals.faces.estimate", fixed={"weighting": "area"}, normals=None, needs_faces=True),
-    "angle": Method("normals.faces.estimate", fixed={"weighting": "angle"}, normals=None, needs_faces=True),
-    "max": Method("normals.faces.estimate", fixed={"weighting": "max"}, normals=None, needs_faces=True),
-    "plane": Method("normals.neighbors.plane", {"variant": "pca"}, normals=None, orients=True),
-    "quadric": Method("normals.neighbors.quadric", {"passes": 1}),
-    "chen_schmitt": Method("normals.neighbors.chen_schmitt", {"normalized": False}),
-    "extended_sine": Method(
-        "normals.neighbors.extended_sine", {"solver": "newton", "tolerance": 1e-9, "iterations": 50}
-    ),
+    "mean": Method(faces.estimate, fixed={"weighting": "uniform"}, normals=None, needs_faces=True),
+    "area": Method(faces.estimate, fixed={"weighting": "area"}, normals=None, needs_faces=True),
+    "angle": Method(faces.estimate, fixed={"weighting": "angle"}, normals=None, needs_faces=True),
+    "max": Method(faces.estimate, fixed={"weighting": "max"}, normals=None, needs_faces=True),
+    "plane": Method(neighbors.plane, {"variant": "pca"}, normals=None, orients=True),
+    "quadric": Method(neighbors.quadric, {"passes": 1}),
+    "chen_schmitt": Method(neighbors.chen_schmitt, {"normalized": False}),
+    "extended_sine": Method(neighbors.extended_sine, {"solver": "newton", "tolerance": 1e-9, "iterations": 50}),
     "adaptive": ADAPTIVE,
 }
 """All normal estimators."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from simplexmesh._base.arrays import Array
+from simplexmesh.numerics.robust import NORMAL_MAD
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.saliency.diffusion import Diffusion
 
@@ -16,9 +17,6 @@ WINDOW_EDGES = 1.5
 
 CORRELATION = 0.25
 """Radius, over that of the neighborhoods, within which errors of estimates are correlated (noisy spheres and tori)."""
-
-NORMAL_MAD = 1.4826
-"""Standard deviation of a normal distribution in units of its median absolute deviation."""
 
 
 def smallest_window(diffusion: Diffusion) -> float:

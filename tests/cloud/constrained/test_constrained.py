@@ -129,7 +129,7 @@ def test_fits_recover_what_was_sampled(name):
     kind = true.primitive.kind
     ends = {"cylinder": [[-2, 2], [0.2, 4]], "cone": [[-2, 2], [1, 4]], "torus": [[0, 1.5], [-2, 2]]}[kind]
     fit = P.Fit(0.0, 0.0, np.zeros((true.primitive.n_parameters,) * 2), np.array(ends, float), 1)
-    points = true.primitive.with_fit(fit).sample(400, rng=rng)
+    points = true.primitive.with_fit(fit).sampled(400, rng=rng).points
     found = fitted(moved(true, rng, 0.05), points)
     assert found.rms < 1e-8
     assert found.fit.count == 400

@@ -107,7 +107,7 @@ def test_order_of_points_does_not_matter(small, found):
         np.testing.assert_allclose(one, two, rtol=0.02)
 
 
-def test_large_clouds_are_labelled_like_their_samples(monkeypatch, small):
+def test_large_clouds_are_labeled_like_their_samples(monkeypatch, small):
     monkeypatch.setattr("simplexmesh.cloud.extraction.working.MOST", 5000)
     out = sm.extract_primitives(small.points)
     assert len(out.labels) == len(small.points)
@@ -142,7 +142,7 @@ def test_a_pipe_is_no_planes():
     assert out.primitives[0].fit.count == pytest.approx(4000, rel=0.02)
 
 
-def test_duplicates_are_labelled_too(small, found):
+def test_duplicates_are_labeled_too(small, found):
     twice = sm.extract_primitives(np.concatenate([small.points, small.points[:100]]))
     np.testing.assert_array_equal(twice.labels[-100:], twice.labels[:100])
     assert len(twice.labels) == len(small.points) + 100

@@ -28,7 +28,7 @@ def made(kind, count=3000, noise=0.0, seed=0):
     rng = np.random.default_rng(seed)
     shape, ends = SHAPES[kind]
     shape = shape.with_fit(Fit(0.0, 0.0, np.zeros((1, 1)), np.array(ends, float), 0))
-    points = shape.sample(count, rng=rng)
+    points = shape.sampled(count, rng=rng).points
     return shape, points + shape.gradient(points) * rng.normal(0, noise, (count, 1))
 
 

@@ -52,7 +52,7 @@ def test_points_are_within_the_extent(kind):
     sizes = np.diff(found.extent)[:, 0]
     assert (sizes >= 0).all()
     if kind not in ("line", "circle"):
-        assert_allclose(found.sample(50), found.projected(found.sample(50)), atol=1e-9)
+        assert_allclose(found.sampled(50).points, found.projected(found.sampled(50).points), atol=1e-9)
 
 
 @every

@@ -133,7 +133,7 @@ class TestLevel:
             angle, z = places(rng, 100)
             result = verdict(linear_fit(angle, z, rng.normal(size=100) + z / 200), rng, noise=1.1)
             assert result.valid == (result.p_value >= 0.05)
-            levels = [each.level for each in (result.regression, result.smoothness, result.chi_square)]
+            levels = [each.significance for each in (result.regression, result.smoothness, result.chi_square)]
             assert np.prod(1 - np.array(levels)) == pytest.approx(0.95)
             assert result.p_value >= min(each.p_value for each in (result.regression, result.smoothness))
 

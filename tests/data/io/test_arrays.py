@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import simplexmesh as sm
 from simplexmesh.data.conversion import as_triangles
-from simplexmesh.data.io.vtk import with_colors_of_obj
+from simplexmesh.data.io.obj import with_colors
 
 BALL = sm.sphere(4)
 N = BALL.n_vertices
@@ -178,7 +178,7 @@ def test_obj_as_vtk_reads_it_in_single_precision(tmp_path):
     small = SURFACE.transformed(np.diag([0.3, 0.3, 0.3, 1])).with_data(intensity=None, label=None, uv=None)
     small.save(tmp_path / "a.obj")
     rounded = replace(small, vertices=small.vertices.astype(np.float32), data={})
-    assert_array_equal(with_colors_of_obj(rounded, tmp_path / "a.obj").data["colors"], SURFACE.data["colors"])
+    assert_array_equal(with_colors(rounded, tmp_path / "a.obj").data["colors"], SURFACE.data["colors"])
 
 
 def test_pyvista_brings_all_arrays():
@@ -325,3 +325,14 @@ def test_anything_is_saved(tmp_path):
         sm.save(3, tmp_path / "a.ply")
     with pytest.raises(TypeError, match="path must be a string or a Path, not SimplexMesh"):
         sm.save(tmp_path / "a.ply", MESH)
+
+
+def test_primitives_are_saved_as_their_triangles(tmp_path):
+    ball = sm.primitives.Sphere((0, 0, 0), 2.0)
+    sm.save(ball, tmp_path / "a.ply")
+    assert_allclose(ball.distance(sm.read(tmp_path / "a.ply").vertices), 0, atol=1e-9)
+    with pytest.raises(ValueError, match="a cylinder without a fit has no ends"):
+        sm.save(sm.primitives.Cylinder((0, 0, 0), (0, 0, 1), 2.0), tmp_path / "b.ply")
+    with pytest.raises(ValueError, match="a line is a curve, and has no triangles"):
+        sm.save(sm.primitives.Line((0, 0, 0), (0, 0, 1)), tmp_path / "b.ply")
+    assert not (tmp_path / "b.ply").exists()

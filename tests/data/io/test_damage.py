@@ -8,7 +8,7 @@ import SimpleITK as sitk
 
 import simplexmesh as sm
 from simplexmesh._base.errors import SimplexMeshWarning
-from simplexmesh.data.io.writing import save
+from simplexmesh.data.io.writing import write
 
 ENDINGS = {
     "volume": [".nii", ".nii.gz", ".nrrd", ".mha", ".tif", ".vti", ".dcm"],
@@ -40,7 +40,7 @@ def whole(tmp_path_factory):
     points = ball.vertices.astype("<f4")
     header = f"VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH {len(points)}\nHEIGHT 1\nDATA binary\n"
     (folder / "a.pcd").write_bytes(header.encode() + points.tobytes())
-    save(folder / "a.xyz", sm.PointCloud(ball.vertices))
+    write(folder / "a.xyz", sm.PointCloud(ball.vertices))
     return folder
 
 

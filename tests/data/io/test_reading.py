@@ -422,7 +422,8 @@ class TestOff:
             "# a house\nCOFF\n# counts\n5 2 0\n0 0 0 1 0 0 1\n1 0 0 1 0 0 1\n1 1 0 1 0 0 1 # corner\n\n0 1 0 1 0 0 1\n"
             "2 0 0 1 0 0 1\n4 0 1 2 3 255 0 0\n3 1 4 2\n"
         )
-        mesh = sm.read(tmp_path / "a.off")
+        with pytest.warns(sm.SimplexMeshWarning, match="^a.off has 1 colors of faces, which were left out$"):
+            mesh = sm.read(tmp_path / "a.off")
         assert_array_equal(sorted(mesh.faces.tolist()), [[0, 1, 2], [0, 2, 3], [1, 4, 2]])
 
     def test_counts_on_the_first_line(self, tmp_path):

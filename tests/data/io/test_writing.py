@@ -17,7 +17,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 import simplexmesh as sm
 from simplexmesh.data.conversion import as_data, as_volume
 from simplexmesh.data.io import writing
-from simplexmesh.data.io.writing import save, to_pyvista
+from simplexmesh.data.io.ply import write_ply
+from simplexmesh.data.io.polydata import Polygons, write_vtp
+from simplexmesh.data.io.writing import to_pyvista, write
 
 ROUGH = np.random.default_rng(0)
 
@@ -106,7 +108,7 @@ class TestVtp:
 @pytest.mark.parametrize("ending", [".ply", ".obj", ".off"])
 class TestPolygonFormats:
     def test_polygons_with_all_digits(self, ending, mesh, tmp_path):
-        save(tmp_path / f"mesh{ending}", mesh)
+        write(tmp_path / f"mesh{ending}", mesh)
         again = sm.read_triangles(tmp_path / f"mesh{ending}")
         digits = {".obj": 1e-6}.get(ending, 0)  # VTK reads OBJ in single precision
         assert_allclose(np.sort(again.vertices, axis=0), np.sort(mesh.vertices, axis=0), rtol=digits, atol=digits)
@@ -117,7 +119,7 @@ class TestPolygonFormats:
         import trimesh
 
         ball = sm.sphere(3).triangulated("dual")
-        save(tmp_path / f"ball{ending}", ball)
+        write(tmp_path / f"ball{ending}", ball)
         again = sm.read(tmp_path / f"ball{ending}")
         other = trimesh.load(tmp_path / f"ball{ending}", process=False)
         assert_allclose(other.vertices, ball.vertices, rtol=1e-12)
@@ -130,7 +132,7 @@ class TestPolygonFormats:
 def test_other_programs_see_the_polygons(ending, mesh, tmp_path):
     import pyvista
 
-    save(tmp_path / f"mesh{ending}", mesh)
+    write(tmp_path / f"mesh{ending}", mesh)
     seen = pyvista.read(tmp_path / f"mesh{ending}")
     assert seen.n_cells == mesh.n_faces
     for i in (0, mesh.n_faces // 2, mesh.n_faces - 1):
@@ -152,7 +154,7 @@ def test_rounding_to_single_precision_is_reported(tmp_path):
 
 
 def test_stl_keeps_the_triangles_in_single_precision(mesh, tmp_path):
-    save(tmp_path / "mesh.stl", mesh)
+    write(tmp_path / "mesh.stl", mesh)
     again = sm.read(tmp_path / "mesh.stl")
     fan = mesh.triangulated()
     assert again.n_faces == fan.n_faces
@@ -165,7 +167,7 @@ def test_stl_keeps_the_triangles_in_single_precision(mesh, tmp_path):
 def test_points(ending, oriented, tmp_path):
     points = ROUGH.normal(size=(50, 3))
     cloud = sm.PointCloud(points, points if oriented else None)
-    save(tmp_path / f"cloud{ending}", cloud)
+    write(tmp_path / f"cloud{ending}", cloud)
     again = sm.read(tmp_path / f"cloud{ending}")
     assert_array_equal(again.points, points)
     assert (again.normals is None) is not oriented
@@ -178,8 +180,8 @@ def test_faces_of_more_corners_than_a_byte_counts(tmp_path):
     big = max(len(face) for face in tube.faces)
     angles = np.linspace(0, 2 * np.pi, 300, endpoint=False)
     ring = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
-    content = writing._Polygons(ring, np.array([300]), np.arange(300))
-    writing._write_ply(tmp_path / "ring.ply", content)
+    content = Polygons(ring, np.array([300]), np.arange(300))
+    write_ply(tmp_path / "ring.ply", content)
     assert sm.read(tmp_path / "ring.ply").n_faces == 298
     assert big < 300
 
@@ -222,10 +224,10 @@ class TestRefusals:
     def test_one_sentence(self, name, value, error, message, tmp_path):
         (tmp_path / "folder.vtp").mkdir()
         with pytest.raises(error, match=message):
-            save(tmp_path / name, value)
+            write(tmp_path / name, value)
         assert [p.name for p in tmp_path.iterdir()] == ["folder.vtp"]
 
-    @pytest.mark.parametrize("call", [lambda: save(3, sm.sphere(2)), lambda: sm.read_poses(3), lambda: sm.read(3)])
+    @pytest.mark.parametrize("call", [lambda: write(3, sm.sphere(2)), lambda: sm.read_poses(3), lambda: sm.read(3)])
     def test_of_paths(self, call):
         with pytest.raises(TypeError, match=r"^path must be a string or a Path, not int$"):
             call()
@@ -239,15 +241,15 @@ class TestRefusals:
             part.write_text("half")
             raise OSError("disk full")
 
-        monkeypatch.setitem(writing._WRITERS, ending, failing)
+        monkeypatch.setitem(writing.FORMATS, ending, writing.FORMATS[ending]._replace(write=failing))
         with pytest.raises(OSError, match="disk full"):
-            save(path, sm.sphere(2))
+            write(path, sm.sphere(2))
         assert [p.name for p in tmp_path.iterdir()] == [path.name]
         assert path.read_text() == "precious"
 
     def test_vtk_cannot_write(self, tmp_path):
         with pytest.raises(OSError, match="the file cannot be written"):
-            writing.polydata.write_vtp(tmp_path / "no" / "a.vtp", to_pyvista(sm.sphere(2)))
+            write_vtp(tmp_path / "no" / "a.vtp", Polygons.of(sm.sphere(2)))
 
 
 class TestNamesOfArrays:

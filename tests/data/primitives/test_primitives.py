@@ -126,13 +126,21 @@ class TestPart:
     @pytest.mark.parametrize("kind", SURFACES)
     def test_samples_are_on_it_evenly_and_within(self, kind):
         primitive = bounded(KINDS[kind])
-        points = primitive.sample(20000, rng=1)
+        points = primitive.sampled(20000, rng=1).points
         assert_allclose(primitive.distance(points), 0, atol=1e-12)
         mesh = primitive.triangulated(0.05)
         middle = mesh.vertices[mesh.faces].mean(axis=1)
         one, two = (mesh.vertices[mesh.faces[:, k]] - mesh.vertices[mesh.faces[:, 0]] for k in (1, 2))
         share = np.average(middle, axis=0, weights=np.linalg.norm(np.cross(one, two), axis=1))
         assert_allclose(points.mean(axis=0), share, atol=5 * points.std() / np.sqrt(len(points)) + 0.01)
+
+    def test_samples_have_normals_but_on_curves(self):
+        for kind, primitive in KINDS.items():
+            cloud = bounded(primitive).sampled(50)
+            if kind in SURFACES:
+                assert_allclose(cloud.normals, primitive.gradient(cloud.points), atol=1e-9)
+            else:
+                assert cloud.normals is None
 
     @pytest.mark.parametrize("low", [0.2, -0.9])
     @pytest.mark.parametrize("kind", SURFACES)
@@ -156,7 +164,7 @@ class TestPart:
 
     def test_without_ends_says_so(self):
         with pytest.raises(ValueError, match="has no ends"):
-            KINDS["cylinder"].sample(3)
+            KINDS["cylinder"].sampled(3)
 
     def test_span_of_angles(self):
         assert_allclose(span(np.array([3.0, -3.0, 2.5]), periodic=True), [2.5, 2 * np.pi - 3.0])
@@ -179,7 +187,7 @@ class TestGap:
     @pytest.mark.parametrize("kind", SURFACES)
     def test_reaches_the_surface_along_the_normal(self, kind):
         primitive = bounded(KINDS[kind])
-        on = primitive.sample(300, rng=2)
+        on = primitive.sampled(300, rng=2).points
         normals = primitive.gradient(on)
         start = on + 0.02 * normals
         assert_allclose(primitive.gap(start, normals, 0.1), -0.02, atol=1e-6)
@@ -231,7 +239,7 @@ class TestCurves:
     @pytest.mark.parametrize("kind", ["line", "circle"])
     def test_have_samples_bounds_and_a_polyline(self, kind):
         curve = bounded(KINDS[kind], [[-np.pi, np.pi], [-3, 3] if kind == "line" else [0, 0]])
-        some, drawn = curve.sample(500, rng=0), curve.to_pyvista()
+        some, drawn = curve.sampled(500, rng=0).points, curve.to_pyvista()
         assert_allclose(curve.distance(some), 0, atol=1e-12)
         assert_allclose(curve.distance(drawn.points), 0, atol=1e-6)
         assert drawn.length == pytest.approx(np.linalg.norm(np.ptp(curve.bounds, axis=0)), rel=0.01)
@@ -259,5 +267,5 @@ def test_a_closed_mesh_comes_to_a_plane():
 
 def test_a_whole_circle_has_all_its_points():
     circle = P.Circle([0, 0, 0], [0, 0, 1], 1.0)
-    assert np.allclose(np.linalg.norm(circle.sample(50, rng=0), axis=1), 1)
+    assert np.allclose(np.linalg.norm(circle.sampled(50, rng=0).points, axis=1), 1)
     assert np.allclose(circle.bounds, [[-1, -1, 0], [1, 1, 0]], atol=1e-6)

@@ -15,7 +15,7 @@ from simplexmesh.mesh.decimation import _kernels_guard as guard
 from simplexmesh.mesh.decimation.fitting import faces_of
 from simplexmesh.mesh.decimation.guarding import Guard
 from simplexmesh.mesh.face_geometry import face_normals
-from simplexmesh.mesh.triangles import _kernels_crossing as crossing
+from simplexmesh.mesh.triangles import _kernels_intersection as crossing
 from simplexmesh.mesh.triangles.self_intersection import overlapping_boxes, self_intersections
 from tests.mesh.decimation.reference import shaken
 from tests.mesh.operators.test_editing import MESHES

@@ -34,10 +34,14 @@ def test_triangles_of_every_kind_are_decimated_by_their_dual(tmp_path):
 @pytest.mark.parametrize(
     ("given", "error", "says"),
     [
-        (MESH.vertices, TypeError, "^mesh must be a SimplexMesh or triangles, not the PointCloud: see reconstruct$"),
-        (np.zeros((3, 3, 3)), TypeError, "^mesh must be a SimplexMesh or triangles, not the Volume: see reconstruct$"),
-        (3, TypeError, "^mesh must be a Volume, .* not int$"),
-        ([], ValueError, r"^mesh must have shape .*, not \(0,\)$"),
+        (MESH.vertices, TypeError, "^surface must be a SimplexMesh or triangles, not the PointCloud: see reconstruct$"),
+        (
+            np.zeros((3, 3, 3)),
+            TypeError,
+            "^surface must be a SimplexMesh or triangles, not the Volume: see reconstruct$",
+        ),
+        (3, TypeError, "^surface must be a Volume, .* not int$"),
+        ([], ValueError, r"^surface must have shape .*, not \(0,\)$"),
         ("nowhere.stl", OSError, "nowhere.stl"),
     ],
 )
@@ -64,6 +68,6 @@ def test_prints_in_a_line():
 def test_a_mesh_too_large_for_products_of_areas_is_refused(how):
     ball = sm.sphere(4)
     with pytest.raises(
-        ValueError, match=r"mesh must be within 1e-60 and 1e\+60 in its unit of length, not reach to 9.*"
+        ValueError, match=r"surface must be within 1e-60 and 1e\+60 in its unit of length, not reach to 9.*"
     ):
         sm.decimate(ball.moved(1e200 * ball.vertices), **how)

@@ -86,14 +86,14 @@ def expected_of_face(edit, method, face, touched):
     """Apply T6 or T5 by the reference, and return the expected status; `touched` is of this batch."""
     if face in touched:
         return 1
-    if edit.is_hole(face):
+    if edit._darts.face_hole[face]:
         return 9
     if method == "refine_faces":
         reference.refine_face(edit, face)
         touched.add(face)
         return 0
     beside = [edit.faces_beside(int(dart))[1] for dart in edit.around(face)]
-    if any(edit.is_hole(other) for other in beside):
+    if any(edit._darts.face_hole[other] for other in beside):
         return 10
     status = reference.remove_face(edit, face)
     if not status:

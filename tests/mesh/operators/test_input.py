@@ -128,8 +128,8 @@ LINES = [  # what is no contour, and what cannot be cut along
     (lambda: Contour.of_face(BALL, 162), ValueError, "face must be at most 161, not 162"),
     (lambda: Contour.of_faces(BALL, [0.5]), TypeError, "faces must be whole numbers, not float64"),
     (lambda: Contour.of_faces(BALL, [True]), ValueError, "faces must have shape (162,), not (1,)"),
-    (lambda: Contour.through(BALL, [1, 999]), ValueError, "picked[1] is 999, outside 0..319"),
-    (lambda: Contour.through(BALL, [1, 1]), ValueError, "picked must be at least 2 different vertices, not [1, 1]"),
+    (lambda: Contour.through(BALL, [1, 999]), ValueError, "at[1] is 999, outside 0..319"),
+    (lambda: Contour.through(BALL, [1, 1]), ValueError, "at must be at least 2 different vertices, not [1, 1]"),
 ]
 BATCHES = [
     (lambda e: e.remove_edges([1.5]), TypeError, "darts must be whole numbers, not float64"),
@@ -147,8 +147,8 @@ BATCHES = [
     (lambda e: e.cut([]), TopologyError, "contour must have at least 3 vertices, not 0"),
     (lambda e: e.cut([-1, 2, 3]), ValueError, "darts[0] is -1, outside 0..959"),
     (lambda e: e.cut(np.ones(960, bool)), TypeError, "darts must be whole numbers, not bool"),
-    (lambda e: e.values([320]), ValueError, "vertices[0] is 320, outside 0..319"),
-    (lambda e: e.values(None), TypeError, "vertices must be numbers of shape (*,), not NoneType of object"),
+    (lambda e: e.values([320]), ValueError, "at[0] is 320, outside 0..319"),
+    (lambda e: e.values(None), TypeError, "at must be numbers of shape (*,), not NoneType of object"),
     (lambda e: e.set_values([0], [[0, np.nan, 0]]), ValueError, "values must be finite; values[0, 1] is nan"),
     (lambda e: e.set_values([0, 1], [[0, 0, 0]]), ValueError, "values must have shape (2, 3), not (1, 3)"),
     (lambda e: e.even_out("a"), TypeError, "limit must be a whole number, not str 'a'"),

@@ -129,7 +129,7 @@ def test_what_is_cut_is_sewn_again_by_undoing(name, holes):
         except TopologyError:
             continue
         done += 1
-        assert edit.is_hole(left) == edit.is_hole(right) == holes
+        assert edit._darts.face_hole[left] == edit._darts.face_hole[right] == holes
         cut_mesh = edit.result().mesh
         assert cut_mesh.n_holes == mesh.n_holes + 2 * holes
         assert cut_mesh.genus - cut_mesh.n_components == mesh.genus - mesh.n_components - 1

@@ -6,7 +6,7 @@ from scipy.special import ndtr
 
 import simplexmesh as sm
 from simplexmesh.motion.creases.blurred import are_sharp, blur_of
-from simplexmesh.motion.creases.lines import Line
+from simplexmesh.motion.creases.lines import CreaseLine
 
 HALF = np.array([14.0, 11.0, 8.0])
 AXES = [np.arange(-half - 7, half + 8) for half in HALF]
@@ -30,7 +30,9 @@ def rounded_box(radius, blur):
 def top_edge(inset=0.0):
     """A line along the edge of the box at positive y and z, on its isosurface or below."""
     y, z = HALF[1:] - inset
-    return Line(np.column_stack([np.linspace(-10, 10, 30), np.full(30, y), np.full(30, z)]), closed=False, angle=1.5)
+    return CreaseLine(
+        np.column_stack([np.linspace(-10, 10, 30), np.full(30, y), np.full(30, z)]), closed=False, angle=1.5
+    )
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +64,7 @@ def test_values_that_rise_steadily_have_no_blur(smooth):
 def test_a_sharp_edge_is_told_from_a_fillet(smooth, noise):
     sharp = sm.targets.Isosurface(blurred_box(1.0, noise), 0.5)
     fillet = sm.targets.Isosurface(rounded_box(5.0, 1.0), 0.5)
-    side = Line(top_edge().points - [0, 5.0, 0], closed=False, angle=1.0)
+    side = CreaseLine(top_edge().points - [0, 5.0, 0], closed=False, angle=1.0)
     blur = blur_of(sharp, smooth)
     assert are_sharp([top_edge(0.5), side], smooth, sharp, blur).tolist() == [True, False]
     assert are_sharp([top_edge(5.0 * (1 - np.sqrt(0.5)))], smooth, fillet, blur).tolist() == [False]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import simplexmesh as sm
-from simplexmesh.motion.creases.lines import Line
+from simplexmesh.motion.creases.lines import CreaseLine
 from simplexmesh.motion.creases.paths import on_paths, traced
 from simplexmesh.motion.creases.sides import crossed_edges, parts
 
@@ -13,7 +13,7 @@ CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)
 
 def cube_edges():
     ends = [(i, j) for i in range(8) for j in range(i) if np.abs(CORNERS[i] - CORNERS[j]).sum() == 2]
-    return [Line(np.linspace(CORNERS[i], CORNERS[j], 20), closed=False, angle=np.pi / 2) for i, j in ends]
+    return [CreaseLine(np.linspace(CORNERS[i], CORNERS[j], 20), closed=False, angle=np.pi / 2) for i, j in ends]
 
 
 def inflated_cube(frequency=14, power=24):
@@ -26,7 +26,7 @@ def inflated_cube(frequency=14, power=24):
 def ring(radius, height, count=90):
     turn = 2 * np.pi * np.arange(count) / count
     points = np.column_stack([radius * np.cos(turn), radius * np.sin(turn), np.full(count, height)])
-    return Line(points, closed=True, angle=1.0)
+    return CreaseLine(points, closed=True, angle=1.0)
 
 
 class TestCube:
@@ -83,7 +83,7 @@ class TestClosedLines:
 
     def test_an_arc_does_not_take_the_short_way(self):
         ball, turn = sm.sphere(12), np.linspace(0.1, 2 * np.pi, 90)
-        arc = Line(np.column_stack([np.cos(turn), np.sin(turn), np.zeros(90)]), closed=False, angle=1.0)
+        arc = CreaseLine(np.column_stack([np.cos(turn), np.sin(turn), np.zeros(90)]), closed=False, angle=1.0)
         (path,) = traced(ball, [arc])
         assert np.linalg.norm(np.diff(path.places, axis=0), axis=1).sum() == pytest.approx(2 * np.pi - 0.1, abs=0.05)
 

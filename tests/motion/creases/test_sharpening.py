@@ -137,7 +137,7 @@ def test_loops_smaller_than_a_face_are_no_lines(seed):
 
 def test_lines_that_the_model_is_worse_with_go_out(models):
     points, smooth = box_points(), models[1].mesh
-    lines = [sharpening.Line(line.points, line.closed, 1.5) for line in models[0].creases]
+    lines = [sharpening.CreaseLine(line.points, line.closed, 1.5) for line in models[0].creases]
     scene, rows = sharpening.Scene(smooth, lines, points, sm.targets.Points(points), 0.0, 0.0), np.arange(12)
     found = sharpening._laid(scene, rows < 12, lambda _: rows == 3)
     assert sorted({path.line for path in found.paths}) == np.delete(rows, 3).tolist()

@@ -49,6 +49,16 @@ class Sphere:
         return np.where(np.abs(gaps) <= reach, gaps, np.nan)
 
 
+class Blurred(Sphere):
+    """The same, of which nothing smaller than a size shows north of the equator."""
+
+    def __init__(self, size):
+        self.size = size
+
+    def resolution(self, places):
+        return np.where(places[:, 2] > 0, self.size, 0.0)
+
+
 def data_to_mesh(mesh, points):
     surface = mesh.triangulated(method="fan")
     return np.sqrt((surface_distance(points, surface.vertices, surface.faces) ** 2).mean())
@@ -303,6 +313,18 @@ def outside(zone):
 @pytest.fixture(scope="module")
 def zoned(zone):
     return sm.refine(egg_of(160), EGG, threshold="fine", zones=zone)
+
+
+@pytest.mark.parametrize("step", [refine_round, redistribute_round])
+def test_faces_smaller_than_what_the_data_shows_are_not_divided(step):
+    mesh = sm.sphere(6, radius=0.9)
+    options = {"threshold": 1e-12, "budget": 200} if step is refine_round else {"vertices": mesh.n_vertices + 200}
+    for share, north in ((0.9, True), (1.2, False)):  # the largest face is of one and the same share
+        size = share * np.sqrt(mesh.face_areas.max())
+        out = step(mesh, Blurred(size), reach=1.0, **options)
+        new = out.mesh.vertices[np.setdiff1d(np.arange(out.mesh.n_vertices), out.vertex_map)]
+        assert len(new) >= 150
+        assert (new[:, 2] > 0.2).any() == north
 
 
 class TestZones:

@@ -163,7 +163,7 @@ class TestShape:
         x = np.linspace(0.5, -0.5, 14)
         mesh, line, free = with_line(np.stack([x, 0.25 - x**2, 0 * x], axis=1))
         bend = smooth(line, curvature=0.5, plane=[0, 0, 1])
-        for other in (crease(line), pinned(line, [[1, 1, 1], [2, 2, 2]], picked=line.vertices[:1])):
+        for other in (crease(line), pinned(line, [[1, 1, 1], [2, 2, 2]], at=line.vertices[:1])):
             one, two = (at_rest(mesh, 20, alpha=free, contours=both) for both in ([bend, other], [other, bend]))
             assert_array_equal(one.vertices, two.vertices)
             only = at_rest(mesh, 20, alpha=free, contours=other)
@@ -188,7 +188,7 @@ class TestPlace:
 
     def test_without_a_curve_it_stays(self, disk):
         some = RIM.vertices[::5]
-        shrinking = {"constraint": "orientation", "contours": pinned(RIM, picked=some)}
+        shrinking = {"constraint": "orientation", "contours": pinned(RIM, at=some)}
         out = at_rest(disk, 100, **shrinking)
         assert_array_equal(out.vertices[some], disk.vertices[some])
         assert (out.vertices[RIM.vertices[2::5]] != disk.vertices[RIM.vertices[2::5]]).any()
@@ -316,8 +316,8 @@ def test_a_tangent_along_an_open_contour_is_that_of_its_inner_vertices(seed):
         (lambda: DeformableModel(FLAT, contours=pinned("rim")), r"contours must be those of the mesh, \[\], not 'rim'"),
         (lambda: DeformableModel(BALL, contours=pinned(RIM)), "contour"),
         (
-            lambda: DeformableModel(FLAT, contours=pinned(RIM, picked=[RIM.mesh.n_vertices // 2])),
-            "picked must be vertices of the contour",
+            lambda: DeformableModel(FLAT, contours=pinned(RIM, at=[RIM.mesh.n_vertices // 2])),
+            "at must be vertices of the contour",
         ),
         (lambda: pinned([1, 2, 3]), "contour must be a Contour"),
         (lambda: DeformableModel(FLAT, contours=[RIM]), "contours must be a Condition"),
@@ -325,7 +325,7 @@ def test_a_tangent_along_an_open_contour_is_that_of_its_inner_vertices(seed):
         (lambda: smooth(RIM, curvature=-1.0), "curvature has a sign in a plane only"),
         (lambda: smooth(RIM, tangent=45), "tangent must be in radians, -pi to pi, not 45: numpy.radians"),
         (lambda: smooth(RIM, torsion=10), "torsion must be in radians"),
-        (lambda: pinned(RIM, picked=[]), "picked must be at least one vertex"),
+        (lambda: pinned(RIM, at=[]), "at must be at least one vertex"),
         (
             lambda: DeformableModel(FLAT, contours=[smooth(RIM, curvature=1.0), smooth(RIM, mean_curvature=1.0)]),
             "contours must not give two conditions of a kind",

@@ -58,6 +58,10 @@ def test_limits_belong_to_what_is_allowed(given):
     assert getattr(options(**given), name) == value
 
 
+def test_tunnels_are_sealed_in_starts_found_in_the_data():
+    assert options(init="sphere", tunnels=2.0).tunnels == options(tunnels=2.0).tunnels == 2.0
+
+
 @pytest.mark.parametrize(
     ("given", "error", "message"),
     [
@@ -74,6 +78,9 @@ def test_limits_belong_to_what_is_allowed(given):
         ({"init": BALL, "handles": callable}, ValueError, "handles are found from init='sphere'"),
         ({"init": "sphere", "holes": callable, "handles": callable}, ValueError, "handles are found from init="),
         ({"init": "sphere", "holes": [[1]], "handles": "auto"}, ValueError, "handles are found from init='sphere'"),
+        ({"init": BALL, "tunnels": 1.0}, ValueError, "tunnels needs init='auto'"),
+        ({"init": "torus", "tunnels": 1.0}, ValueError, "tunnels needs init='auto'"),
+        ({"init": "sphere", "handles": "none", "tunnels": 1.0}, ValueError, "tunnels needs init='auto'"),
         ({"holes": 3}, TypeError, "holes must be 'auto', 'none', a function or a sequence, not int"),
         ({"init": 3}, TypeError, "init must be a name, a path or a SimplexMesh, not int"),
     ],

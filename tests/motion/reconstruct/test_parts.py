@@ -10,7 +10,7 @@ import simplexmesh as sm
 from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.motion.model.untangle import untangled
 from simplexmesh.motion.reconstruct.conversion import otsu_threshold
-from simplexmesh.motion.start.crossings import outer_crossings
+from simplexmesh.motion.start.grid_crossings import outer_crossings
 from simplexmesh.motion.start.primitives import primitive_around, principal_frame
 from simplexmesh.motion.targets.triangles import inside_surface
 

@@ -11,7 +11,7 @@ import pyvista as pv
 from numpy.testing import assert_allclose, assert_array_equal
 
 import simplexmesh as sm
-from simplexmesh.motion.start.crossings import outer_crossings
+from simplexmesh.motion.start.grid_crossings import outer_crossings
 from simplexmesh.motion.targets.triangles import surface_distance
 
 

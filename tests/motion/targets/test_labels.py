@@ -166,7 +166,7 @@ def test_no_label_means_whatever_is_not_zero():
     values[3:12, 3:12, 3:8], values[3:12, 3:12, 8:12] = 1, 2
     both = LabelSurface(Volume(values))
     one = LabelSurface(Volume((values > 0).astype(np.uint8)), 1)
-    np.testing.assert_array_equal(both.surfels.table, one.surfels.table)
+    np.testing.assert_array_equal(both._surfels.table, one._surfels.table)
 
 
 def test_absent_label_is_refused():

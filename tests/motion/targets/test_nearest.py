@@ -80,7 +80,7 @@ def test_cached_answers_for_moving_vertices_equal_those_of_a_search(seed, orient
     for _ in range(6):
         warm = target.gap(places, directions, reach)
         fresh = Points.__new__(Points)
-        fresh._initialize(target.surfels, target.center)
+        fresh._initialize(target._surfels, target.center)
         np.testing.assert_array_equal(warm, fresh.gap(places, directions, reach))
         places = places + step * rng.normal(size=places.shape)
         directions = directions + turn * rng.normal(size=places.shape)
@@ -109,7 +109,7 @@ def test_where_nothing_faces_a_vertex_there_is_no_gap_and_the_cache_stays_valid(
     for _ in range(2):
         assert np.isnan(target.gap(places, down, reach)).all()
         listed = target._cache.listed
-        assert ((listed >= 0) & (listed < len(target.surfels.table))).all()  # a kernel reads there unchecked
+        assert ((listed >= 0) & (listed < len(target._surfels.table))).all()  # a kernel reads there unchecked
 
 
 @pytest.mark.parametrize("reach", [0.5, np.inf])
@@ -138,7 +138,7 @@ def test_vertices_that_are_not_finite_have_no_gap_and_do_not_affect_others(broke
             np.delete(gap, np.s_[::7]), np.delete(fresh.gap(places, normals, reach), np.s_[::7])
         )
         listed = target._cache.listed
-        assert ((listed >= 0) & (listed < len(target.surfels.table))).all()  # a kernel reads there unchecked
+        assert ((listed >= 0) & (listed < len(target._surfels.table))).all()  # a kernel reads there unchecked
         np.testing.assert_array_equal(target.gap(places, normals, reach), fresh.gap(places, normals, reach))
         mixed = rng.permutation(50)
         np.testing.assert_array_equal(
@@ -161,7 +161,7 @@ def test_vertices_that_remain_when_a_mesh_is_edited_keep_their_cache(oriented):
     ):
         before = target._cache.known.copy(), target._cache.listed.copy()
         state = _kernels_gaps.empty_cache(len(some))
-        s = target.surfels
+        s = target._surfels
         _kernels_gaps.transfer_cache(some, directions, target.center, 1.0, s, target._cache, state)
         for kept, known in zip((state.known, state.listed), before, strict=True):
             np.testing.assert_array_equal(kept[: len(same)], known[same])

@@ -90,7 +90,7 @@ def test_fit_is_weighted_least_squares(seed):
 
 def test_gap_ends_where_the_blended_height_is_zero():
     target = Points(torus_points(3000, np.random.default_rng(4))[0])
-    s = target.surfels
+    s = target._surfels
     rng = np.random.default_rng(5)
     places, directions = torus_points(200, rng)
     places = places + 0.02 * rng.normal(size=(200, 1)) * directions
@@ -234,6 +234,15 @@ def test_noise_is_measured():
     assert Points(noisy_torus(0.0, 2)).noise < 1e-4 * DIAGONAL
 
 
+@pytest.mark.parametrize("scale", [1e-3, 1e3])
+def test_noise_hides_details_whatever_the_unit(scale):
+    places, _ = torus_points(500, np.random.default_rng(7))
+    clean, noisy = (Points(noisy_torus(noise, 2)).resolution(places) for noise in (0.0, 0.01))
+    assert clean.min() > 0
+    assert (noisy > 1.5 * clean).all()
+    np.testing.assert_allclose(Points(scale * noisy_torus(0.01, 2)).resolution(scale * places), scale * noisy, 1e-6)
+
+
 def test_outliers_hardly_matter():
     points = noisy_torus(0.002, 6)
     places, normals = torus_points(2000, np.random.default_rng(7))
@@ -283,11 +292,11 @@ def test_directions_given_later_orient_the_points():
 
     unknown = Points(points)
     known = unknown.oriented_by(outward)
-    assert known.surfels.oriented
-    assert not unknown.surfels.oriented
+    assert known._surfels.oriented
+    assert not unknown._surfels.oriented
     assert np.isnan(known.gap(points[:50], -outward(points[:50]) / 1.75, 0.2)).all()
     again = unknown.oriented_by(outward(points))
-    np.testing.assert_array_equal(known.surfels.table, again.surfels.table)
+    np.testing.assert_array_equal(known._surfels.table, again._surfels.table)
     with pytest.raises(ValueError, match="directions must have shape"):
         unknown.oriented_by(np.zeros((5, 3)))
 

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import simplexmesh as sm
 from simplexmesh._base.vectors import normalized
-from simplexmesh.motion.start.crossings import outer_crossings
+from simplexmesh.motion.start.grid_crossings import outer_crossings
 from simplexmesh.motion.targets._kernels_volume import isosurface_gaps
 from simplexmesh.motion.targets.protocol import checked_arguments
 from simplexmesh.motion.targets.triangles import border_sides
@@ -191,7 +191,7 @@ def test_triangles_give_no_gap_at_vertices_that_are_not_finite():
 
 
 def test_dir_lists_the_public_names():
-    assert dir(sm.targets) == ["Isosurface", "LabelSurface", "Points", "Triangles", "Union"]
+    assert dir(sm.targets) == ["Border", "Isosurface", "LabelSurface", "Points", "Triangles", "Union"]
     assert {"surface", "heat", "picture"} <= set(dir(sm.plot))
     assert "skin" not in dir(sm.plot)
 

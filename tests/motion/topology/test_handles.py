@@ -34,7 +34,7 @@ OPPOSITE = capped(BALL, ((0, 0, 1), 0.7), ((0, 0, -1), 0.7))
 
 class TestConditions:
     def test_two_opposite_holes_become_a_tunnel(self):
-        out = add_handles(OPPOSITE, distance=3.0)
+        out = add_handles(OPPOSITE, gap=3.0)
         assert (out.mesh.genus, out.mesh.n_holes, out.mesh.n_components) == (1, 0, 1)
         assert out.mesh.n_vertices == OPPOSITE.n_vertices
         assert sound(out.mesh)
@@ -48,7 +48,7 @@ class TestConditions:
         assert (out.vertex_map == np.arange(OPPOSITE.n_vertices)).all()
 
     def test_the_measures_are_those_of_the_rims(self):
-        (proposal,) = add_handles(OPPOSITE, distance=0.0).proposals
+        (proposal,) = add_handles(OPPOSITE, gap=0.0).proposals
         for face, center, radius in zip(proposal.faces, proposal.centers, proposal.radii, strict=True):
             c = OPPOSITE.connectivity
             rim = OPPOSITE.vertices[c.face_vertices[c.face_offsets[face] : c.face_offsets[face + 1]]]
@@ -57,7 +57,7 @@ class TestConditions:
         assert proposal.distance == pytest.approx(np.linalg.norm(np.diff(proposal.centers, axis=0)))
 
     def test_far_apart(self):
-        out = add_handles(OPPOSITE, distance=0.5)
+        out = add_handles(OPPOSITE, gap=0.5)
         assert out.mesh.genus == 0
         assert not out.proposals[0].accepted
         far = out.proposals[0].distance / out.proposals[0].radii.mean()
@@ -65,27 +65,27 @@ class TestConditions:
 
     def test_diameters_differ(self):
         uneven = capped(BALL, ((0, 0, 1), 0.6), ((0, 0, -1), 0.9))
-        out = add_handles(uneven, distance=9.0)
+        out = add_handles(uneven, gap=9.0)
         (proposal,) = out.proposals
         assert proposal.difference == pytest.approx(1 - proposal.radii.min() / proposal.radii.max())
         assert proposal.reason == f"diameters differ by {100 * proposal.difference:.0f} %"
-        assert add_handles(uneven, distance=9.0, difference=0.9).mesh.genus == 1
+        assert add_handles(uneven, gap=9.0, difference=0.9).mesh.genus == 1
 
     def test_planes_not_parallel(self):
         bent = capped(BALL, ((0, 0, 1), 0.85), ((1, 0, -0.6), 0.85))
-        out = add_handles(bent, distance=9.0, difference=0.5)
+        out = add_handles(bent, gap=9.0, difference=0.5)
         (proposal,) = out.proposals
         turn = 180 - np.degrees(np.arccos(np.dot([0, 0, 1], [1, 0, -0.6]) / np.hypot(1, 0.6)))
         assert np.degrees(proposal.angle) == pytest.approx(turn, abs=8)
         assert proposal.reason == f"planes {np.degrees(proposal.angle):.0f} degrees apart"
-        assert add_handles(bent, distance=9.0, difference=0.5, angle=np.pi).mesh.genus == 1
+        assert add_handles(bent, gap=9.0, difference=0.5, angle=np.pi).mesh.genus == 1
 
     def test_holes_that_face_the_same_way_are_half_a_turn_apart(self):
         c = OPPOSITE.connectivity
         a, b = np.flatnonzero(c.face_is_hole)
         assert face_frame(OPPOSITE, a)[2] @ face_frame(OPPOSITE, b)[2] == pytest.approx(-1, abs=0.01)
         beside = together(OPPOSITE, OPPOSITE.moved(OPPOSITE.vertices + np.array([3.0, 0, 0])))
-        out = add_handles(beside, distance=9.0, angle=3.0, accept=lambda p: False)
+        out = add_handles(beside, gap=9.0, angle=3.0, accept=lambda p: False)
         said = [proposal.reason for proposal in out.proposals]
         assert said.count("planes 180 degrees apart") == 2
         assert said.count("refused by accept") == 4
@@ -93,7 +93,7 @@ class TestConditions:
     def test_each_hole_goes_to_its_closest_partner(self):
         tube = sm.cylinder(12, 4, radius=1.0, height=1.0)
         both = together(tube, tube.moved(tube.vertices + np.array([0, 0, 1.2])))
-        out = add_handles(both, distance=9.0)
+        out = add_handles(both, gap=9.0)
         assert out.mesh.n_components == 1
         assert out.proposals[0].accepted
         assert out.proposals[0].distance == pytest.approx(0.2, abs=0.05)
@@ -110,20 +110,20 @@ class TestConditions:
 class TestChoice:
     def test_accept_is_called_with_pairs_that_meet_the_conditions(self):
         asked = []
-        out = add_handles(OPPOSITE, distance=3.0, accept=lambda proposal: bool(asked.append(proposal)))
+        out = add_handles(OPPOSITE, gap=3.0, accept=lambda proposal: bool(asked.append(proposal)))
         assert len(asked) == 1
         assert not asked[0].accepted
         assert out.proposals[0].reason == "refused by accept"
         assert out.mesh.genus == 0
         asked.clear()
-        add_handles(OPPOSITE, distance=0.1, accept=asked.append)
+        add_handles(OPPOSITE, gap=0.1, accept=asked.append)
         assert not asked
 
     def test_accept_returns_a_bool_or_a_reason(self):
-        out = add_handles(OPPOSITE, distance=3.0, accept=lambda proposal: "it is a handle of a cup")
+        out = add_handles(OPPOSITE, gap=3.0, accept=lambda proposal: "it is a handle of a cup")
         assert (out.mesh.genus, out.proposals[0].reason) == (0, "it is a handle of a cup")
         with pytest.raises(TypeError, match="accept must return True, False or a text with the reason, not NoneType"):
-            add_handles(OPPOSITE, distance=3.0, accept=lambda proposal: None)
+            add_handles(OPPOSITE, gap=3.0, accept=lambda proposal: None)
 
     def test_pairs_of_any_faces(self):
         top, bottom = (int((s * BALL.vertices[:, 2]).argmax()) for s in (1, -1))
@@ -144,7 +144,7 @@ class TestChoice:
 
     def test_two_pairs_two_handles(self):
         four = capped(BALL, *(((x, y, 0), 0.93) for x, y in ((1, 1), (-1, -1), (1, -1), (-1, 1))))
-        out = add_handles(four, distance=9.0, difference=0.5)
+        out = add_handles(four, gap=9.0, difference=0.5)
         assert out.mesh.genus == 2
         assert sum(proposal.accepted for proposal in out.proposals) == 2
         assert sound(out.mesh)
@@ -153,7 +153,7 @@ class TestChoice:
         uneven = capped(BALL, ((0, 0, 1), 0.6), ((0.1, 0, -1), 0.7))
         sizes = uneven.connectivity.face_sizes[uneven.connectivity.face_is_hole]
         assert sizes[0] != sizes[1]
-        out = add_handles(uneven, distance=9.0, difference=0.9)
+        out = add_handles(uneven, gap=9.0, difference=0.9)
         assert out.mesh.genus == 1
         assert sound(out.mesh)
 
@@ -162,13 +162,13 @@ class TestTarget:
     def test_far_holes_are_joined_where_the_tube_between_lies_on_data(self):
         tunnel = np.stack(np.broadcast_arrays(*_tube(radius=0.72, height=1.4)), axis=-1).reshape(-1, 3)
         cloud = sm.PointCloud(tunnel)
-        out = add_handles(OPPOSITE, sm.targets.Points(cloud), distance=0.5)
+        out = add_handles(OPPOSITE, sm.targets.Points(cloud), gap=0.5)
         assert out.proposals[0].on_data > 0.9
         assert out.mesh.genus == 1
 
     def test_and_not_where_it_does_not(self):
         outside = sm.targets.Points(sm.PointCloud(4 * BALL.vertices))
-        out = add_handles(OPPOSITE, outside, distance=0.5)
+        out = add_handles(OPPOSITE, outside, gap=0.5)
         assert out.proposals[0].on_data == 0.0
         assert out.proposals[0].reason.endswith("no data is between them")
 
@@ -177,7 +177,7 @@ class TestTarget:
         outward = tunnel * [1, 1, 0]
         for sign, found in ((-1, 1), (1, 0)):
             cloud = sm.PointCloud(tunnel, sign * outward)
-            assert add_handles(OPPOSITE, sm.targets.Points(cloud), distance=0.5).mesh.genus == found
+            assert add_handles(OPPOSITE, sm.targets.Points(cloud), gap=0.5).mesh.genus == found
 
 
 def _tube(radius, height):
@@ -196,7 +196,7 @@ class TestBadInput:
             ({"pairs": 3}, TypeError, "pairs must be pairs of faces, not int"),
             ({"accept": 3}, TypeError, "accept must be a function"),
             ({"target": 3}, TypeError, "target must have a method gap"),
-            ({"distance": -1.0}, ValueError, "distance"),
+            ({"gap": -1.0}, ValueError, "gap"),
             ({"difference": 2.0}, ValueError, "difference"),
             ({"angle": float("nan")}, ValueError, "angle"),
         ],

@@ -144,9 +144,9 @@ class TestChoosing:
 
     def test_mean_distance_is_that_along_normals(self):
         ball = sm.sphere(8, radius=1.3)
-        out = open_holes(ball, sm.targets.Triangles(FINE), distance=0.1, accept=lambda proposal: False)
+        out = open_holes(ball, sm.targets.Triangles(FINE), reach=0.1, accept=lambda proposal: False)
         assert out.proposals == () or out.proposals[0].reason
-        far = open_holes(ball, Dome(), distance=0.1).proposals
+        far = open_holes(ball, Dome(), reach=0.1).proposals
         assert far[0].reason == "it is the whole mesh"
         assert far[0].mean_distance == pytest.approx(0.3, abs=1e-6)
 
@@ -229,7 +229,7 @@ class TestBadInput:
             kept = {int(v) for v in out.vertex_map[ball.faces[face]]} - {-1}
             assert kept == set(loops[out.face_map[face]].tolist())
 
-    @pytest.mark.parametrize(("option", "value"), [("distance", 0.0), ("fewest", 0)])
+    @pytest.mark.parametrize(("option", "value"), [("reach", 0.0), ("fewest", 0)])
     def test_numbers_are_positive(self, option, value):
         with pytest.raises(ValueError, match=option):
             open_holes(sm.sphere(4), Dome(), **{option: value})

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 import simplexmesh as sm
 from simplexmesh.motion.targets.triangles import Triangles
-from simplexmesh.numerics.constrained_least_squares import constrained_least_squares
+from simplexmesh.recognition.contact.constrained_least_squares import constrained_least_squares
 from simplexmesh.recognition.contact.part_distances import Part
 from simplexmesh.surface.normals.estimate import vertex_normals
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from simplexmesh.numerics.constrained_least_squares import REGULARIZATION
 from simplexmesh.numerics.rigid import small_motion
 from simplexmesh.recognition.contact import occlude
+from simplexmesh.recognition.contact.constrained_least_squares import REGULARIZATION
 from simplexmesh.recognition.contact.contact_limits import ContactLimits
 from simplexmesh.recognition.contact.part_distances import part_distances
 

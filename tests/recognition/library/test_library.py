@@ -82,8 +82,8 @@ class TestRecognition:
             found = library.recognize(scan)
             assert found[0].name == name
             if name in ("lumpy", "other"):
-                assert reference.angle(found[0].T_scan_model[:3, :3], T[:3, :3]) < 3
-                assert np.linalg.norm(found[0].T_scan_model[:3, 3] - T[:3, 3]) < 0.1
+                assert reference.angle(found[0].T_target_source[:3, :3], T[:3, :3]) < 3
+                assert np.linalg.norm(found[0].T_target_source[:3, 3] - T[:3, 3]) < 0.1
                 assert found[0].overlap > 0.7
                 assert found[0].error < 0.06
             scores = [each.score for each in found]
@@ -92,7 +92,7 @@ class TestRecognition:
     def test_symmetric_bodies_come_to_lie_on_themselves(self, library, known):
         scan, T = scan_of(known["egg"], 1.0, 0.002, np.random.default_rng(0))
         found = library.recognize(scan)[0]
-        back = np.linalg.inv(T) @ found.T_scan_model
+        back = np.linalg.inv(T) @ found.T_target_source
         at = known["egg"].vertices @ back[:3, :3].T + back[:3, 3]
         assert np.abs(((at / [1.5, 1.1, 0.8]) ** 2).sum(axis=1) - 1).max() < 0.05
 
@@ -595,7 +595,7 @@ def test_real_bodies(data_folder, tmp_path, share, noise):
         scan, T = scan_of(mesh, share, noise, rng)
         found = library.recognize(scan)[0]
         assert found.name == name
-        assert reference.angle(found.T_scan_model[:3, :3], T[:3, :3]) < 4
+        assert reference.angle(found.T_target_source[:3, :3], T[:3, :3]) < 4
 
 
 @pytest.mark.parametrize("message", ["database or disk is full", "disk I/O error"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -141,6 +142,19 @@ class TestMotionsAreFound:
             inside="below",
         )
         assert_allclose(dark.T_target_source, found.T_target_source, atol=1e-3)
+
+    def test_words_for_volumes_are_for_the_one_that_is_a_volume(self):
+        grid = np.stack(np.meshgrid(*[np.linspace(-3, 3, 60)] * 3, indexing="ij"), axis=-1)
+        values = (grid**2 / [6, 3, 1.5]).sum(axis=-1) + 0.3 * grid[..., 0] * grid[..., 1] ** 2 / 9
+        volume = sm.Volume(values.astype(np.float32), (6 / 59,) * 3, (-3.0,) * 3)
+        seen = oriented_points(volume, "source", level=1.0, inside="below")
+        cloud = sm.PointCloud(seen.points, seen.normals).transformed(T := motion(np.random.default_rng(2)))
+        picks = seen.points[[0, 900, 2000, 4000]]
+        by_words = sm.register(volume, cloud, level=1.0, inside="below")
+        by_pairs = sm.register(volume, cloud, level=(1.0, None), inside=("below", "above"))
+        by_hand = sm.align(volume, cloud, (picks, moved(T, picks)), level=1.0, inside="below")
+        for found in (by_words, by_pairs, by_hand):
+            assert_allclose(found.T_target_source, T, atol=0.01)
 
     def test_an_array_is_a_volume_for_inside_too(self):
         grid = np.stack(np.meshgrid(*[np.linspace(-2, 2, 20)] * 3, indexing="ij"), axis=-1)
@@ -456,10 +470,21 @@ class TestBadInput:
 
     def test_two_halves_that_hardly_overlap(self):
         points = lumpy(6000, np.random.default_rng(0))
-        with pytest.warns(sm.SimplexMeshWarning, match=r"agree on \d.* of the smaller .*, less than 10%"):
+        with pytest.warns(sm.SimplexMeshWarning, match="may be wrong") as heard:
             found = sm.register(points[points[:, 0] < 0.1], points[points[:, 0] > -0.1])
         assert 0 < found.score < 0.1
-        assert found.overlap > 0
+        figures = re.findall(r"[\d.]+%?", str(heard[0].message))  # those that the result shows, and the limit
+        assert figures == [*re.findall(r"[\d.]+%?", repr(found))[:2], "0.1"]
+
+    def test_other_poses_have_their_overlap(self):
+        """Of an ellipsoid, whole, on three quarters of it, turned by half about the long axis or not."""
+        whole = sm.ellipsoid((3, 2, 1), 16).triangulated().sampled(4000)
+        part = whole.points[:, 0] < 1
+        found = sm.register(whole, whole.selected(part))
+        assert sum(pose.equivalent for pose in found.poses) >= 1
+        assert_allclose(
+            [pose.overlap for pose in (found, *found.poses)], part.mean(), atol=0.06
+        )  # a little beyond its border is near too
 
     def test_two_known_units(self):
         with pytest.raises(ValueError, match="source and target must have one unit, not m and mm: use in_unit"):
@@ -499,7 +524,7 @@ class TestBadInput:
             sm.register(sm.sphere(8), sm.sphere(8), level=0.5)
 
     def test_levels_of_three(self):
-        with pytest.raises(ValueError, match="level must be one number or a pair"):
+        with pytest.raises(ValueError, match="level must be one or a pair"):
             sm.register(sm.sphere(8), sm.sphere(8), level=(1, 2, 3))
 
 

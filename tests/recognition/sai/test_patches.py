@@ -359,7 +359,7 @@ class TestObjects:
 
     def test_the_signature_of_a_torus_tells_one_direction_only(self):
         signature = sm.sai(sm.torus(60, 24, tube_radius=0.4), 6, topology="torus")
-        across = signature.domain.coordinates[:, 1].round(6)
+        across = signature._domain.coordinates[:, 1].round(6)
         rows = [signature.angles[across == row] for row in np.unique(across)]
         assert max(np.ptp(row) for row in rows) < 0.1 * np.ptp(signature.angles)
         # the same from closed forms: where the map that keeps angles puts the vertices of the patch
@@ -369,7 +369,7 @@ class TestObjects:
         sign = min((1, -1), key=lambda s: np.abs(wrapped(at - s * across - (at - s * across)[0])).max())
         off = wrapped(at - sign * across - (at - sign * across)[0]).mean() + (at - sign * across)[0]
         phi = 2 * np.arctan(np.sqrt(1.4 / 0.6) * np.tan(np.pi * (sign * across + off)))
-        around = sign * 2 * np.pi * signature.domain.coordinates[:, 0]
+        around = sign * 2 * np.pi * signature._domain.coordinates[:, 0]
         reach = 1 + 0.4 * np.cos(phi)
         exact = np.stack([reach * np.cos(around), reach * np.sin(around), 0.4 * np.sin(phi)], axis=1)
         angles = signature.mesh.moved(exact).simplex_angle
@@ -407,7 +407,7 @@ class TestObjects:
         plotter = sm.plot.signature(one)
         things = [each.mapper.dataset for each in plotter.renderer.actors.values() if getattr(each, "mapper", None)]
         shown = max(things, key=lambda each: each.n_points)
-        model = one.domain.mesh
+        model = one._domain.mesh
         exact = np.pi * model.vertices + one.angles[:, None] * model.normals
         assert np.allclose(shown.points[: one.n_vertices], exact, atol=1e-5)
         plotter.close()

@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose
 from simplexmesh.recognition.scans import assembly
 from simplexmesh.recognition.scans.assembly import Assembly, Hypothesis, is_sound
 from simplexmesh.recognition.scans.pose_graph import motions
+from simplexmesh.recognition.scans.register_all import _edges
 from simplexmesh.recognition.scans.scan_pairs import Measured
 
 TRUE = motions(np.random.default_rng(0).normal(size=(5, 6)))
@@ -189,3 +190,19 @@ class TestJoining:
 
     def test_groups_are_joined_once(self):
         assert not grouped([0, 1])._join(hypothesis(0, 1))
+
+
+def test_poses_that_contradict_are_told_apart_with_their_own_error():
+    """A pair measured, a pose of it that agrees with that, and one that does not."""
+    turned = np.diag([-1.0, -1.0, 1.0, 1.0])
+    points = SimpleNamespace(points=np.random.default_rng(0).normal(size=(50, 3)))
+    scans = [SimpleNamespace(matched=[points], center=np.zeros(3), unit=1.0) for _ in range(2)]
+    group = Assembly(scans, np.tile(np.eye(4), (2, 1, 1)), [[0, 1]], np.zeros((2, 6, 6)))
+    group.measured[0, 1] = Measured(np.eye(4), np.eye(6), 0.01, 0.5, 1.0)
+    for T in (np.eye(4), turned):
+        group.hypotheses.append(Hypothesis((0, 1), SimpleNamespace(T=T, error=0.2), 0.4, True, False))
+    (right, wrong), residuals = _edges(group)
+    assert (right.accepted, right.error, right.overlap) == (True, 0.01, 0.5)
+    assert (wrong.accepted, wrong.error, wrong.overlap) == (False, 0.2, 0.4)
+    assert_allclose(wrong.T_target_source, turned)
+    assert residuals[0] == 0 < residuals[1]

@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 import simplexmesh as sm
 from simplexmesh._base.errors import SimplexMeshWarning
 from simplexmesh.bench.truth import discretized
-from simplexmesh.bench.truth.graphs import graph, random_graph
+from simplexmesh.bench.truth.graphs import graph
 from simplexmesh.bench.truth.grids import on_border
 from simplexmesh.bench.truth.noise import noisy, unit_of
 from simplexmesh.surface.curvature.adaptive import _kernels_jets as kernels
@@ -27,6 +27,7 @@ from simplexmesh.surface.curvature.adaptive.adaptive import Jets, fitted
 from simplexmesh.surface.curvature.adaptive.probes import ProbeFits, noise_level, probe_fits, risks
 from simplexmesh.surface.curvature.adaptive.scales import LADDER, _probed, scales_of, shuffling, spacings, surface_of
 from simplexmesh.surface.sampled_surface import as_sampled_surface
+from tests.bench.random_graph import random_graph
 from tests.surface.curvature import reference_adaptive as reference
 
 SIZES = {"2.5k": (85, 30), "10k": (170, 60), "41k": (340, 120)}
@@ -90,7 +91,7 @@ class TestAccuracy:
     @pytest.mark.parametrize("noise", [0.0, 0.003, 0.01, 0.1])
     def test_of_the_mean_on_random_surfaces(self, noise):
         """Better than quadrics over the best number of rings, which depends on the noise and nobody knows."""
-        made = discretized.sawtooth(random_graph(0.225, 1.0, rng=0), 80)
+        made = discretized.sawtooth(random_graph(0.225, 1.0, 0), 80)
         mesh = noisy(made.mesh, noise, rng=1)
         inner = np.abs(made.vertices[:, :2]).max(axis=1) < 0.7
 

@@ -21,6 +21,7 @@ from simplexmesh.surface.curvature import estimate
 from simplexmesh.surface.curvature.classic import simplex_angle
 from simplexmesh.surface.curvature.result import Curvature
 from simplexmesh.surface.neighborhoods import Neighborhoods
+from simplexmesh.surface.normals import estimate as normal_estimates
 from simplexmesh.surface.reasons import DEGENERATE, EXPLANATIONS, OPEN
 from simplexmesh.surface.sampled_surface import SampledSurface, as_sampled_surface
 from tests.bench.article_rings import KINDS, article_ring, gs03_ring, symmetric_ring
@@ -1024,6 +1025,9 @@ class TestResult:
         assert found.along(0) == pytest.approx(found.k1)
         assert found.along(-np.pi / 2) == pytest.approx(found.k2)
         assert found.along(np.full(240, np.pi / 4)) == pytest.approx(found.mean)
+        for degrees in (90, -90, [0.0, 45.0]):
+            with pytest.raises(ValueError, match=r"^angle must be in radians, at most 3.14159, not [49]"):
+                found.along(degrees)
 
     def test_oblique_sections_follow_meusnier(self):
         tube = discretized.uv_cylinder(24, 12, radius=2.0)
@@ -1080,7 +1084,7 @@ class TestNotFinite:
             spoiled[4] = bad
             return found._replace(**{part: spoiled})
 
-        monkeypatch.setattr("simplexmesh.surface.curvature.classic.fans.estimate", wild)
+        monkeypatch.setitem(estimate.METHODS, "sine", registry.Method(wild))
         found, heard = quietly(discretized.torus(8, 6).mesh, "sine")
         assert np.flatnonzero(found.failed).tolist() == [4]
         assert masked_exactly(found)
@@ -1092,7 +1096,7 @@ class TestNotFinite:
             spoiled[4] = np.nan
             return registry.Normals(spoiled, np.zeros(len(around), np.uint8))
 
-        monkeypatch.setattr("simplexmesh.surface.normals.neighbors.plane", wild)
+        monkeypatch.setitem(normal_estimates.METHODS, "plane", registry.Method(wild, normals=None))
         with pytest.warns(SimplexMeshWarning, match="at 1 of 48 vertices"):
             normals = sm.vertex_normals(discretized.torus(8, 6).mesh, "plane")
         assert np.flatnonzero(~normals.any(axis=1)).tolist() == [4]

@@ -6,18 +6,20 @@ import re
 import uuid
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.named_arrays import Data, is_color
 from simplexmesh._base.units import NANOMETERS
 from simplexmesh.data.io.integrity.survey import check_e57
 from simplexmesh.data.io.survey.tables import PIECE, Columns, Parts, Table, columns_of, complaints, needed, parts_of
 from simplexmesh.data.poses import rigid
 
-Array = NDArray[np.float64]
+if TYPE_CHECKING:
+    from simplexmesh.data.io.polydata import Polygons
 
 _POINTS_A_BYTE = 8
 """Points of which no two are the same have one bit at least."""
@@ -205,8 +207,9 @@ def _bytes(scan: Any, field: str, values: NDArray[Any]) -> NDArray[np.uint8]:
     return np.rint(255 * np.clip(share, 0, 1)).astype(np.uint8)
 
 
-def write_e57(path: Path, points: Array, normals: Array | None, data: Data, unit: str | None) -> None:
+def write_e57(path: Path, content: Polygons) -> None:
     """Write points in meters, in as many scans as the array `scan` counts, each with its `viewpoint` as its origin."""
+    points, normals, data, unit = content.points, content.normals, content.data, content.unit
     with needed():
         import pye57
     factor = 1.0 if unit is None else NANOMETERS[unit] / NANOMETERS["m"]

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.named_arrays import Data, is_color
 from simplexmesh._base.units import NANOMETERS, known_unit
 from simplexmesh.data.columns import as_colors
 from simplexmesh.data.io.integrity.survey import check_las
 from simplexmesh.data.io.survey.tables import PIECE, Columns, Parts, Table, columns_of, complaints, needed, parts_of
 
-Array = NDArray[np.float64]
+if TYPE_CHECKING:
+    from simplexmesh.data.io.polydata import Polygons
 
 _CHANNELS = ("red", "green", "blue", "alpha")
 
@@ -139,8 +141,9 @@ def _meters(unit: str) -> float:
     return NANOMETERS[unit] / NANOMETERS["m"]
 
 
-def write_las(path: Path, points: Array, normals: Array | None, data: Data, unit: str | None) -> None:
+def write_las(path: Path, content: Polygons) -> None:
     """Write points in the formats 6 or 7 of LAS 1.4, compressed if the name ends with .laz."""
+    points, normals, data, unit = content.points, content.normals, content.data, content.unit
     laspy = _library()
     colored = "colors" in data and is_color(data["colors"])
     header = laspy.LasHeader(version="1.4", point_format=7 if colored else 6)

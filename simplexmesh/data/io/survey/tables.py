@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from simplexmesh._base.arrays import Array
+
 Columns = dict[str, NDArray[Any]]
 Parts = tuple[Array, Array | None, Mapping[str, NDArray[Any]], str | None]
 """Points, NaN if not measured, normals, named arrays and unit."""

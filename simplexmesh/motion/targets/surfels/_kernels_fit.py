@@ -20,6 +20,7 @@ from simplexmesh.numerics._kernels_frames import tangents
 from simplexmesh.numerics._kernels_matrices import solve
 from simplexmesh.numerics._kernels_tree import select
 from simplexmesh.numerics._kernels_vectors import assign, cross_product, dot, minus, row, unit
+from simplexmesh.numerics.robust import NORMAL_MAD
 
 MAX_POINTS = 2048  # per fit; larger neighborhoods are subsampled
 VARIANCE_FLOOR = 0.04  # isotropic part of the variance of known errors
@@ -52,7 +53,7 @@ class Local(NamedTuple):
     order: Indices
 
 
-class Report(NamedTuple):
+class Goodness(NamedTuple):
     """How well a fit describes the points, all NaN if there is none; or arrays of these."""
 
     offset: float  # of the fit from the place, along its normal
@@ -63,7 +64,7 @@ class Report(NamedTuple):
     curvature: float  # root of the sum of the squared principal curvatures
 
 
-NO_FIT = Report(math.nan, math.nan, math.nan, math.nan, math.nan, math.nan)
+NO_FIT = Goodness(math.nan, math.nan, math.nan, math.nan, math.nan, math.nan)
 
 
 @njit(cache=True, error_model="numpy")
@@ -179,7 +180,7 @@ def _deviation(local, n, x, unknowns, cutoff, square, used):
         for i in range(n):
             local.rest[i], local.order[i] = abs(local.h[i] - _height(x, local.s[i], local.t[i])), i
         select(local.rest, local.order, 0, n, n // 2)
-        return 1.4826 * local.rest[local.order[n // 2]] * n / max(n - unknowns, 1)
+        return NORMAL_MAD * local.rest[local.order[n // 2]] * n / max(n - unknowns, 1)
     square *= used / max(used - unknowns, 1.0)
     sigma = math.sqrt(square)
     for _ in range(3):  # Gaussian errors assumed
@@ -248,7 +249,7 @@ def fit(cloud, local, count, radius, noise, surfel):
         u = unit((u[0] - along * normal[0], u[1] - along * normal[1], u[2] - along * normal[2]))
         v = cross_product(normal, u)
     _set_form(surfel, u, v, bend, length / radius)
-    return Report(
+    return Goodness(
         dot((surfel[0] - start[0], surfel[1] - start[1], surfel[2] - start[2]), normal),
         (gain if len(cloud.spread) > 0 else gain * sigma * sigma) * radius * radius,
         sigma * radius,

@@ -10,7 +10,7 @@ import numpy as np
 from numba import prange
 
 from simplexmesh._base._kernels_njit import njit
-from simplexmesh.motion.targets.surfels._kernels_fit import MAX_POINTS, NO_FIT, Report, fit, new_local
+from simplexmesh.motion.targets.surfels._kernels_fit import MAX_POINTS, NO_FIT, Goodness, fit, new_local
 from simplexmesh.numerics._kernels_local_fits import fit_plane
 from simplexmesh.numerics._kernels_tree import within
 from simplexmesh.numerics._kernels_vectors import assign, row
@@ -144,7 +144,7 @@ def _fit_place(cloud, local, at, radius, surfel):
     if noise > first.noise:  # misfit of the wider fit to noiseless points is no noise
         variance *= 1.0 if len(cloud.spread) > 0 else (first.noise / noise) ** 2
         noise = first.noise
-    return Report(report.offset, variance, noise, report.used, report.eccentricity, report.curvature)
+    return Goodness(report.offset, variance, noise, report.used, report.eccentricity, report.curvature)
 
 
 @njit(cache=True, error_model="numpy", parallel=True)

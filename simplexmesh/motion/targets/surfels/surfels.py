@@ -17,7 +17,7 @@ from simplexmesh._base.arrays import Array, Indices, Indices32, Mask
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.motion.targets.surfels import _kernels_patches
 from simplexmesh.motion.targets.surfels import _kernels_surfels as kernels
-from simplexmesh.motion.targets.surfels._kernels_fit import Cloud, Report
+from simplexmesh.motion.targets.surfels._kernels_fit import Cloud, Goodness
 from simplexmesh.numerics.kd_tree import Tree, kd_tree, nearest
 
 MAX_SURFELS = 60_000
@@ -60,11 +60,11 @@ def _without_noise(cloud: Cloud, centers: Indices, pilots: Indices, radii: Array
     return points - np.where(noisy, offset, 0.0)[:, None] * np.nan_to_num(near[:, 3:6])
 
 
-def _fits(cloud: Cloud, centers: Indices, radii: Array) -> tuple[Array, Report]:
+def _fits(cloud: Cloud, centers: Indices, radii: Array) -> tuple[Array, Goodness]:
     """Return the fits (m, 12) around points, and their report; `radii` (m,) are reduced as by `fit_all`."""
-    table, reports = np.zeros((len(centers), 12)), np.zeros((len(centers), len(Report._fields)))
+    table, reports = np.zeros((len(centers), 12)), np.zeros((len(centers), len(Goodness._fields)))
     kernels.fit_all(cloud, centers, radii, not len(cloud.spread), table, reports)
-    return table, Report(*reports.T)
+    return table, Goodness(*reports.T)
 
 
 def _base_radii(cloud: Cloud, centers: Indices) -> Array:
@@ -84,9 +84,9 @@ def _chosen_radii(cloud: Cloud, pilots: Indices) -> Array:
         wide = bases.copy()
         kernels.widen(cloud, pilots, np.minimum(largest, 6 * bases), wide)
         bases = np.maximum(bases, np.median(wide[around], axis=1))
-    table = np.zeros((len(pilots), LEVELS, len(Report._fields)))
+    table = np.zeros((len(pilots), LEVELS, len(Goodness._fields)))
     kernels.fit_scales(cloud, pilots, bases, largest, table)
-    report = Report(*np.moveaxis(table, 2, 0))
+    report = Goodness(*np.moveaxis(table, 2, 0))
     radius = bases[:, None] * kernels.RATIO ** np.arange(LEVELS)
     blurred = radius < 3.0 * report.noise
     error = report.variance + _squared_bias(report, radius, blurred, around, independent=not len(cloud.spread))
@@ -100,7 +100,7 @@ def _chosen_radii(cloud: Cloud, pilots: Indices) -> Array:
     return 1.1 * np.exp(np.where(usable.any(axis=1), smooth, logs))
 
 
-def _squared_bias(report: Report, radius: Array, blurred: Mask, around: Indices, *, independent: bool) -> Array:
+def _squared_bias(report: Goodness, radius: Array, blurred: Mask, around: Indices, *, independent: bool) -> Array:
     """Return the squared bias per pilot and scale, at least that of a cylinder of the same curvature.
 
     `independent` errors of points tell it by the change from two smaller scales; those of a grid, alike among
@@ -210,7 +210,7 @@ def _first_occurrences(points: Array) -> Indices:
     return np.sort(order[fresh])
 
 
-def _trusted(report: Report, radii: Array) -> Mask:
+def _trusted(report: Goodness, radii: Array) -> Mask:
     """Return which fits represent a surface: thin relative to the radius, surrounded by points, close to the place."""
     noise = np.asarray(report.noise)
     return np.asarray(

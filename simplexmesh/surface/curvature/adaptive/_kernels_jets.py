@@ -106,7 +106,7 @@ class Aim(NamedTuple):
     truncation: float
 
 
-class Fit(NamedTuple):
+class FittedJet(NamedTuple):
     """A jet, `FOUND` or why there is none; its expected error; excess residual over the allowed; squared truncation."""
 
     reason: int
@@ -195,7 +195,7 @@ def _ball(stamp, center, surface, scales, stamps, work):
 def _failed(reason):
     """Return a fit without a jet."""
     none = (0.0, 0.0, 0.0)
-    return Fit(reason, Jet(0.0, 0.0, none, none), 0.0, 0.0, 0.0)
+    return FittedJet(reason, Jet(0.0, 0.0, none, none), 0.0, 0.0, 0.0)
 
 
 @inlined
@@ -235,7 +235,7 @@ def fit_jet(count, oriented, aim, priors, work):
     if degree <= 3:
         excess *= max(1.0, AMPLIFIED_BIAS * math.sqrt(variance * kept) / bias)
     expected = math.sqrt(deviation * deviation + excess * excess) / radius
-    return Fit(FOUND, jet, expected, ratio, truncation_square(degree, w, y, squares / free))
+    return FittedJet(FOUND, jet, expected, ratio, truncation_square(degree, w, y, squares / free))
 
 
 @jit

@@ -20,7 +20,7 @@ from simplexmesh.surface.curvature.adaptive import _kernels_jets as kernels
 from simplexmesh.surface.curvature.adaptive._kernels_balls import Surface
 from simplexmesh.surface.curvature.adaptive.scales import WIDEST, Scales, scales_of, surface_of
 from simplexmesh.surface.neighborhoods import Neighborhoods
-from simplexmesh.surface.registry import Estimates
+from simplexmesh.surface.registry import Estimates, Method
 from simplexmesh.surface.sampled_surface import SampledSurface
 
 
@@ -48,6 +48,10 @@ def estimate(
     k1, k2 = found.shape.T.copy()
     mean, gauss = (k1 + k2) / 2, k1 * k2
     return Estimates(k1, k2, mean, gauss, found.reasons, found.d1, found.normals, found.error, found.scale)
+
+
+ADAPTIVE = Method(estimate, {"noise": None, "detail": None}, normals=None, own_scale=True)
+"""Of normals too, which are among its results."""
 
 
 def jets(samples: SampledSurface, around: Neighborhoods, *, noise: float | None, detail: float | None) -> Jets:

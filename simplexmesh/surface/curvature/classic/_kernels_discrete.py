@@ -19,7 +19,7 @@ THIN = 1e-12
 """A triangle whose area is a smaller share of its squared sides has no cotangents."""
 
 
-class Curvatures(NamedTuple):
+class MeanAndGauss(NamedTuple):
     """H and K of each row."""
 
     mean: Array

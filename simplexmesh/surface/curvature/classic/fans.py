@@ -38,5 +38,5 @@ def estimate(samples: SampledSurface, around: Neighborhoods, normals: Array, *, 
     choice = kernels.Choice(ESTIMATORS[kind], **options)
     n = len(around)
     out = kernels.Curvatures(np.zeros(n), np.zeros(n), np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n, np.uint8))
-    kernels.curvatures(around.centers, around.rows, samples.points, normals, choice, chunks(n), out)
+    kernels.curvatures(around.centers, around._rows, samples.points, normals, choice, chunks(n), out)
     return Estimates(out.k1, out.k2, (out.k1 + out.k2) / 2, out.k1 * out.k2, out.reasons, out.d1, out.normals)

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import dot, norm, normalized
 from simplexmesh.numerics.round_fits import across_normals, ball, cone_apex, from_axis, met_axis
-
-Array = NDArray[np.float64]
 
 MOST_POINTS = 500
 """Points and triangles that a fit looks at."""

@@ -168,8 +168,8 @@ class Zones:
         zone : int
             Its number.
         tolerance : float
-            By how much the curvature may differ from the zone's mean, per unit of length: the root of the sum of the
-            squared principal curvatures.
+            A curvature, 1 / length, not a length: by how much that of a neighbor, the root of the sum of the squared
+            principal curvatures, may differ from the zone's mean.
 
         Raises
         ------

@@ -9,7 +9,7 @@ from simplexmesh._base._kernels_njit import LEAN, njit
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh.numerics._kernels_vectors import row
 
-Corners = tuple[int, int, int]
+Triangle = tuple[int, int, int]
 
 ROUNDING_BOUND = 8e-16
 """The sign of a determinant is certain above this times the sum of its absolute products (Shewchuk 1997)."""
@@ -42,7 +42,7 @@ def _pierces(points: Array, p: int, q: int, a: int, b: int, c: int) -> bool:
 
 
 @njit(cache=True, error_model="numpy", _nrt=False)
-def triangles_cross(points: Array, s: Corners, t: Corners) -> bool:
+def triangles_cross(points: Array, s: Triangle, t: Triangle) -> bool:
     """Return whether two triangles, given by their corners, cross other than in a shared corner or edge."""
     shared = 0
     in_s, in_t = 0, 0

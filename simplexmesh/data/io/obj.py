@@ -1,0 +1,74 @@
+"""Colors, texture and unit of OBJ files, which VTK leaves, and writing of them."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+from vtkmodules.util.numpy_support import vtk_to_numpy
+
+from simplexmesh._base.named_arrays import is_color
+from simplexmesh._base.units import known_unit
+from simplexmesh.data.columns import as_colors
+from simplexmesh.data.io.text import write_lines
+from simplexmesh.data.triangles import TriangleMesh
+from simplexmesh.data.welding import is_single_valued
+
+if TYPE_CHECKING:
+    from simplexmesh.data.io.polydata import Polygons
+
+_UNIT = re.compile(r"(?im)^#[^\n]*\bunits?\s*[:=]\s*(\S+)")
+
+
+def with_texture(surface: TriangleMesh, dataset: Any) -> TriangleMesh:
+    """Return the surface of a data set with the array `uv` of its coordinates in a texture, unless these have seams."""
+    given = dataset.GetPointData().GetTCoords()
+    if given is None or given.GetNumberOfTuples() != surface.n_vertices:
+        return surface
+    uv = np.array(vtk_to_numpy(given))[:, :2].astype(np.float64)
+    single = np.isfinite(uv).all() and is_single_valued(surface.vertices, uv)
+    return surface.with_data(uv=uv) if single else surface
+
+
+def with_colors(surface: TriangleMesh, path: Path) -> TriangleMesh:
+    """Return the surface read from an OBJ file with what VTK leaves: colors in lines `v x y z r g b`, and the unit."""
+    text = path.read_text(encoding="latin-1")
+    unit = _UNIT.search(text)
+    surface = replace(surface, unit=known_unit(unit[1]) if unit else None)
+    words = [line.split() for line in text.splitlines() if line.startswith("v ")]
+    rows = [each[1:7] for each in words if len(each) in (7, 8)]
+    try:
+        numbers = np.array(rows, dtype=np.float64).reshape(-1, 6)
+    except ValueError:
+        raise OSError(f"{path.name} must have numbers as colors of its vertices") from None
+    if not len(rows) or not np.isfinite(numbers).all():
+        return surface
+    gaps, nearest = cKDTree(numbers[:, :3]).query(surface.vertices)
+    single = np.finfo(np.float32).eps * np.abs(surface.vertices).max(initial=0)  # the precision of VTK before 9.7
+    if (gaps > single).any():  # vertices without a color
+        return surface
+    return surface.with_data(colors=as_colors(numbers[nearest, 3:]))
+
+
+def write_obj(path: Path, content: Polygons) -> None:
+    """Write points, with colors and places in a texture, and polygons."""
+    rows = content.points
+    if "colors" in content.data and is_color(content.data["colors"]):
+        rows = np.hstack([rows, content.data["colors"][:, :3] / 255])
+    head = [f"# unit: {content.unit}\n"] if content.unit else []
+    vertices = (f"v {' '.join(map(repr, row))}\n" for row in rows.tolist())
+    textured = "uv" in content.data and is_uv(content.data["uv"])
+    at = (f"vt {u!r} {v!r}\n" for u, v in (content.data["uv"].tolist() if textured else ()))
+    corner = "{0}/{0}" if textured else "{0}"
+    faces = (f"f {' '.join(corner.format(i + 1) for i in loop)}\n" for loop in content.loops)
+    write_lines(path, head, vertices, at, faces)
+
+
+def is_uv(values: NDArray[Any]) -> bool:
+    """Whether an array holds places in a texture, as OBJ has them."""
+    return values.dtype.kind == "f" and values.shape[1:] == (2,) and bool(np.isfinite(values).all())
