@@ -3,10 +3,10 @@
 The equation is solved by the fast Fourier transform (M. Kazhdan, Reconstruction of solid models from oriented point
 sets, SGP 2005). Normals that contradict their indicator are flipped, repeatedly (F. Hou, C. Wang, W. Wang, H. Qin, C.
 Qian, Y. He, Iterative Poisson surface reconstruction for unoriented points, ACM Trans. Graph. 41, 2022; there from
-random normals). Of several initializations the one is best whose indicator leaves least of space between inside and
-outside; its energy does not tell, as sheets whose two sides face the same way have more. The first comes from a flood
-fill of a grid from its border: grids finer than the gaps between points leak, coarser ones close openings, so the
-finest that does not leak is used.
+random normals). Of several initializations the one is best whose indicator is most alike at all points; its energy does
+not tell, as sheets whose two sides face the same way have more, nor does how much of space is clearly inside or out,
+as that prefers cups that are full. The first comes from a flood fill of a grid from its border: grids finer than the
+gaps between points leak, coarser ones close openings, so the finest that does not leak is used.
 """
 
 from __future__ import annotations
@@ -32,8 +32,11 @@ MOST_FLIPS = 8
 MOSTLY = 0.9
 """Share of normals on which most floods agree with the right ones, of walls of three point spacings and more."""
 
-UNSETTLED = 1.5
-"""Factor on the spread of an indicator whose normals do not settle: they mix, which makes it flat."""
+SURE = 0.15
+"""Spread of the indicator, whose jump is 1, below which the first normals are believed: 0.1 on thin noisy walls."""
+
+DOUBTFUL = 1.5
+"""Factor on the spread of an indicator whose normals do not settle, and of one whose normals contradict most floods."""
 
 FLOOD_CELLS = (16, 24, 32, 48, 64, 96, 128, 192, 256)
 """Cells along the longest side of the grids that are flooded."""
@@ -108,13 +111,6 @@ class Indicator:
         """The samples on the six sides of the grid."""
         return np.concatenate([np.take(self.values, side, axis=axis).ravel() for axis in range(3) for side in (0, -1)])
 
-    @property
-    def ambiguity(self) -> float:
-        """The mean of 1 - u inside, weighted by u, which is 0 outside and 1 inside: 0 where all is one or the other."""
-        inside = np.clip(self.values - np.median(self.border), 0, 1)
-        total = float(inside.sum(dtype=float))
-        return 1 - float((inside * inside).sum(dtype=float)) / total if total > 0 else 1.0
-
 
 @dataclass(frozen=True, eq=False)
 class Poisson:
@@ -184,10 +180,9 @@ class Fixpoint:
     exact: bool  # none did
 
     def spread(self, places: Array, areas: Array) -> float:
-        """Return the standard deviation of the indicator at places of its surface, more if the normals did not settle."""
+        """Return the standard deviation of the indicator at places of the surface."""
         values = self.field.at(places)[0]
-        variance = np.average((values - np.average(values, weights=areas)) ** 2, weights=areas)
-        return float(np.sqrt(variance)) * (1.0 if self.settled else UNSETTLED)
+        return float(np.sqrt(np.average((values - np.average(values, weights=areas)) ** 2, weights=areas)))
 
 
 def fixpoint(problem: Poisson, normals: Array) -> Fixpoint:
@@ -196,7 +191,7 @@ def fixpoint(problem: Poisson, normals: Array) -> Fixpoint:
         field = problem.indicator(normals)
         wrong = dot(normals, field.at(problem.points)[1]) > 0
         normals = np.where(wrong[:, None], -normals, normals)
-        settled = np.count_nonzero(wrong) < 1e-3 * len(normals)
+        settled = bool(np.count_nonzero(wrong) < 1e-3 * len(normals))
         if settled:
             break
     return Fixpoint(normals, field, settled, not wrong.any())
@@ -205,21 +200,26 @@ def fixpoint(problem: Poisson, normals: Array) -> Fixpoint:
 def oriented_indicator(points: Array, found: Planes, cell: float) -> Indicator:
     """Return the indicator function, with cells of side `cell`, of the solid that points with unoriented normals bound.
 
-    The first initialization comes from the flood that encloses most. If its normals settle and most floods agree with
-    them, they are right. If not, what most floods say is led by a coarse grid, where holes in the data close, but also
-    thin walls cancel out. Beside that, where the first settled, as when a flood that did not enter a cavity encloses
-    more than the walls, it is tried as it is; else, as when the flood entered an open container, normals that point
-    away from the centroid are.
+    The first initialization comes from the flood that encloses most. If its normals settle, most floods agree with
+    them and their indicator is alike at all points, they are right. If not, what most floods say is tried as it is,
+    for cavities that no coarse flood enters, and led by a coarse grid, where holes in the data close, but also thin
+    walls cancel out; and normals that point away from the centroid, for open containers that all floods enter.
     """
     fine = Poisson.of(points, cell)
     first, common = _flooded_normals(points, found)
+
+    def faults(each: Fixpoint) -> int:
+        return int(not each.settled) + int((dot(each.normals, common) > 0).mean() < MOSTLY)
+
+    def doubt(each: Fixpoint) -> float:
+        return each.spread(found.places, fine.areas) * DOUBTFUL ** faults(each)
+
     best = fixpoint(fine, first)
-    if not best.settled or (dot(best.normals, common) > 0).mean() < MOSTLY:
+    if faults(best) or doubt(best) > SURE:
         coarse = Poisson.of(points, 2 * cell)
         away = _opposed_to(found.normals, points.mean(axis=0) - points)
-        others = [fixpoint(coarse, common).normals, common if best.settled else fixpoint(coarse, away).normals]
-        tried = best, *(fixpoint(fine, normals) for normals in others)
-        best = min(tried, key=lambda each: each.spread(found.places, fine.areas))
+        led = [fixpoint(coarse, normals).normals for normals in (common, away)]
+        best = min((best, *(fixpoint(fine, normals) for normals in (common, *led))), key=doubt)
     return best.field if best.exact else fine.indicator(best.normals)
 
 
