@@ -19,6 +19,7 @@ class Planes:
     """Least-squares planes through the nearest neighbors of each point."""
 
     normals: Array  # (n, 3) unit normals of either sign
+    places: Array  # (n, 3) the points, projected onto their planes
     spacing: float  # median distance between neighboring points: the side of the square each represents
     noise: float  # median root mean square distance of the neighbors to their plane
 
@@ -58,5 +59,5 @@ def spacing_within(farthest: Array, count: int) -> float:
 
 def _fit(tree: cKDTree, places: Array, count: int) -> Planes:
     distance, near = tree.query(places, k=count, workers=-1)
-    normals, variance, _ = fitted(tree.data, near)
-    return Planes(normals, spacing_within(distance[:, -1], count), float(np.sqrt(np.median(variance))))
+    normals, variance, projected = fitted(tree.data, near)
+    return Planes(normals, projected, spacing_within(distance[:, -1], count), float(np.sqrt(np.median(variance))))

@@ -3,10 +3,10 @@
 The equation is solved by the fast Fourier transform (M. Kazhdan, Reconstruction of solid models from oriented point
 sets, SGP 2005). Normals that contradict their indicator are flipped, repeatedly (F. Hou, C. Wang, W. Wang, H. Qin, C.
 Qian, Y. He, Iterative Poisson surface reconstruction for unoriented points, ACM Trans. Graph. 41, 2022; there from
-random normals). Of several initializations the one is best whose indicator leaves least of space between inside and
-outside; its energy does not tell, as sheets whose two sides face the same way have more. The first comes from a flood
-fill of a grid from its border: grids finer than the gaps between points leak, coarser ones close openings, so the
-finest that does not leak is used.
+random normals). Of several initializations the one is best whose indicator is most alike at all points; its energy does
+not tell, as sheets whose two sides face the same way have more, nor does how much of space is clearly inside or out,
+as that prefers cups that are full. The first comes from a flood fill of a grid from its border: grids finer than the
+gaps between points leak, coarser ones close openings, so the finest that does not leak is used.
 """
 
 from __future__ import annotations
@@ -26,11 +26,17 @@ from simplexmesh.orientation import _kernels_grid
 WALL_RADIUS = 1.6
 """In cells: the finest grid that does not leak then has the right genus; thinner walls leak, thicker fill handles."""
 
-QUICK = 3
-"""Iterations within which normals settle that were right but for noise: 2 to 3 on thin fins, 5 to 8 on open bowls."""
+MOST_FLIPS = 8
+"""Iterations; normals that were right but for noise settle in 1 to 4, those of a flood that leaked hardly ever do."""
 
-CLEARLY = 0.9
-"""Of the ambiguity of the flood's indicator, what others must be below: on bodies they differ by a few hundredths."""
+MOSTLY = 0.9
+"""Share of normals on which most floods agree with the right ones, of walls of three point spacings and more."""
+
+SURE = 0.15
+"""Spread of the indicator, whose jump is 1, below which the first normals are believed: 0.1 on thin noisy walls."""
+
+DOUBTFUL = 1.5
+"""Factor on the spread of an indicator whose normals do not settle, and of one whose normals contradict most floods."""
 
 FLOOD_CELLS = (16, 24, 32, 48, 64, 96, 128, 192, 256)
 """Cells along the longest side of the grids that are flooded."""
@@ -105,13 +111,6 @@ class Indicator:
         """The samples on the six sides of the grid."""
         return np.concatenate([np.take(self.values, side, axis=axis).ravel() for axis in range(3) for side in (0, -1)])
 
-    @property
-    def ambiguity(self) -> float:
-        """The mean of 1 - u inside, weighted by u, which is 0 outside and 1 inside: 0 where all is one or the other."""
-        inside = np.clip(self.values - np.median(self.border), 0, 1)
-        total = float(inside.sum(dtype=float))
-        return 1 - float((inside * inside).sum(dtype=float)) / total if total > 0 else 1.0
-
 
 @dataclass(frozen=True, eq=False)
 class Poisson:
@@ -173,59 +172,63 @@ def _transfer_function(shape: tuple[int, int, int]) -> NDArray[np.complex64]:
 
 @dataclass(frozen=True, eq=False)
 class Fixpoint:
-    """Converged normals, the ambiguity and number of their iterations, and their indicator if none was flipped last."""
+    """Normals that agree with their indicator, or nearly, that of the last iteration, and whether it is theirs."""
 
     normals: Array
-    ambiguity: float
-    iterations: int
-    field: Indicator | None
+    field: Indicator
+    settled: bool  # hardly any normal flipped last
+    exact: bool  # none did
+
+    def spread(self, places: Array, areas: Array) -> float:
+        """Return the standard deviation of the indicator at places of the surface."""
+        values = self.field.at(places)[0]
+        return float(np.sqrt(np.average((values - np.average(values, weights=areas)) ** 2, weights=areas)))
 
 
 def fixpoint(problem: Poisson, normals: Array) -> Fixpoint:
     """Flip normals that contradict their indicator until hardly any do."""
-    for iterations in range(1, 9):  # noqa: B007
+    for _ in range(MOST_FLIPS):
         field = problem.indicator(normals)
         wrong = dot(normals, field.at(problem.points)[1]) > 0
         normals = np.where(wrong[:, None], -normals, normals)
-        if np.count_nonzero(wrong) < 1e-3 * len(normals):
+        settled = bool(np.count_nonzero(wrong) < 1e-3 * len(normals))
+        if settled:
             break
-    return Fixpoint(normals, field.ambiguity, iterations, None if wrong.any() else field)
+    return Fixpoint(normals, field, settled, not wrong.any())
 
 
 def oriented_indicator(points: Array, found: Planes, cell: float) -> Indicator:
     """Return the indicator function, with cells of side `cell`, of the solid that points with unoriented normals bound.
 
-    The first initialization comes from the finest flood that does not leak. What does not settle quickly is iterated on
-    a coarse grid first, where holes in the data close, but also thin sheets cancel out. Others are tried on the coarse
-    grid: the next best flood, and normals pointing away from the centroid. The least ambiguous replaces the first, as
-    where the flood entered an open container, if it is less ambiguous by a tenth there and on the requested grid.
+    The first initialization comes from the flood that encloses most. If its normals settle, most floods agree with
+    them and their indicator is alike at all points, they are right. If not, what most floods say is tried as it is,
+    for cavities that no coarse flood enters, and led by a coarse grid, where holes in the data close, but also thin
+    walls cancel out; and normals that point away from the centroid, for open containers that all floods enter.
     """
-    fine, coarse = Poisson.of(points, cell), Poisson.of(points, 2 * cell)
-    first, *others = _initial_normals(points, found, cell)
-    last, led = fixpoint(fine, first), fixpoint(coarse, first)
-    if last.iterations > QUICK:
-        last = fixpoint(fine, led.normals)
-    best = min((fixpoint(coarse, normals) for normals in others), key=lambda each: each.ambiguity)
-    if best.ambiguity < CLEARLY * led.ambiguity:
-        other = fixpoint(fine, best.normals)
-        last = other if other.ambiguity < CLEARLY * last.ambiguity else last
-    return last.field or fine.indicator(last.normals)
+    fine = Poisson.of(points, cell)
+    first, common = _flooded_normals(points, found)
+
+    def faults(each: Fixpoint) -> int:
+        return int(not each.settled) + int((dot(each.normals, common) > 0).mean() < MOSTLY)
+
+    def doubt(each: Fixpoint) -> float:
+        return each.spread(found.places, fine.areas) * DOUBTFUL ** faults(each)
+
+    best = fixpoint(fine, first)
+    if faults(best) or doubt(best) > SURE:
+        coarse = Poisson.of(points, 2 * cell)
+        away = _opposed_to(found.normals, points.mean(axis=0) - points)
+        led = [fixpoint(coarse, normals).normals for normals in (common, away)]
+        best = min((best, *(fixpoint(fine, normals) for normals in (common, *led))), key=doubt)
+    return best.field if best.exact else fine.indicator(best.normals)
 
 
-def _initial_normals(points: Array, found: Planes, cell: float) -> Iterator[Array]:
-    """Yield candidate orientations of the normals, the most likely first."""
-    floods = sorted(_floods(points, found.spacing), key=lambda flood: -flood.enclosed)
-    yield (flooding := _opposed_to(found.normals, _inward(floods[0], points)))
-    if len(floods) > 1:
-        yield _opposed_to(found.normals, _inward(floods[1], points))
-    coarse = float(np.ptp(points, axis=0).max()) / 32
-    radial = _opposed_to(found.normals, points.mean(axis=0) - points)
-    if coarse > 2.5 * cell:
-        problem = Poisson.of(points, coarse)
-        yield fixpoint(problem, radial).normals
-        yield fixpoint(problem, flooding).normals
-    else:
-        yield radial
+def _flooded_normals(points: Array, found: Planes) -> tuple[Array, Array]:
+    """Return the normals oriented by the flood that encloses most, and as by most floods, without the coarsest."""
+    floods = list(_floods(points, found.spacing))
+    votes = [_opposed_to(found.normals, _inward(flood, points)) for flood in floods]
+    common = _opposed_to(found.normals, -np.sum(votes[1:] or votes, axis=0))
+    return votes[int(np.argmax([flood.enclosed for flood in floods]))], common
 
 
 def _floods(points: Array, spacing: float) -> Iterator[Flood]:
