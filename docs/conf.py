@@ -9,6 +9,8 @@ ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 os.environ["PYVISTA_OFF_SCREEN"] = "true"
 
+from sphinx.domains.python import PyObject  # noqa: E402
+
 import simplexmesh  # noqa: E402
 
 project = "simplexmesh"
@@ -30,6 +32,9 @@ autodoc_default_options = {"members": True, "show-inheritance": False}
 napoleon_google_docstring = False
 napoleon_use_rtype = False
 napoleon_use_ivar = True
+for field in PyObject.doc_field_types:
+    if field.name == "variable":
+        field.rolename = ""  # names of attributes are text: as links they go to any class that has one of that name
 
 ORDER = [
     *("frog", "shapes", "curvature", "dented", "noisy_scan", "sphere_to_face", "sphere_to_torus", "refinement"),

@@ -47,6 +47,7 @@ CIRCLES = {
     ("_base/html.py", "simplexmesh.plot.surface"): "plot.surface draws meshes, whose cards are html",
     ("_base/units.py", "simplexmesh.data.io.writing"): "writing asks for colors, which are named arrays with a unit",
     ("_base/named_arrays.py", "simplexmesh.data.exporting"): "exporting asks for colors, which are named arrays",
+    ("mesh/simplex_mesh.py", "simplexmesh.data.triangles"): "triangles show themselves with what draws meshes too",
     ("mesh/simplex_mesh.py", "simplexmesh.surface.curvature.estimate"): "curvature is measured on simplex meshes",
 }
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import norm, normalized
@@ -16,6 +17,9 @@ from simplexmesh.surface.features.lines.network import FeatureNetwork
 SHORT = 3.0
 """In edges of the surface: nodes that so short a line joins may be one corner."""
 
+BESIDE = 1.5
+"""In the same unit: lines no farther apart are courses of one, on either side of triangles that straddle it."""
+
 MEETING = 0.5
 """In the same unit: how far from one place lines may pass that meet there, root mean square."""
 
@@ -24,13 +28,17 @@ SEEN = np.array([1.0, 4.0])
 
 
 def without_loops(found: FeatureNetwork, side: float) -> FeatureNetwork:
-    """Return a network without short lines that end where they begin, or between the same nodes as a sharper one."""
-    short = [(k, line) for k, line in enumerate(found.lines) if line.length < SHORT * side]
-    sharpest: dict[frozenset[int], int] = {}
-    for k, line in sorted(short, key=lambda each: -float(each[1].angle.mean())):
-        sharpest.setdefault(frozenset(line.vertices[[0, -1]].tolist()), k)
-    kept = {k for nodes, k in sharpest.items() if len(nodes) == 2}
-    gone = [k for k, line in short if k not in kept or line.closed]
+    """Return a network without lines that keep beside a sharper one between the same nodes, or beside their node."""
+    kept: dict[frozenset[int], list[Array]] = {}
+    gone = []
+    for k, line in sorted(enumerate(found.lines), key=lambda each: -float(each[1].angle.mean())):
+        nodes = frozenset(line.vertices[[0, 0 if line.closed else -1]].tolist())
+        samples = CreaseLine(line.points, line.closed, 0.0).samples(0.2 * side)[0]
+        others = kept.setdefault(nodes, [samples[:1]] if len(nodes) == 1 else [])
+        if any((cKDTree(other).query(samples)[0] < BESIDE * side).all() for other in others):
+            gone.append(k)
+        else:
+            others.append(samples)
     return found.without(*gone) if gone else found
 
 
