@@ -60,6 +60,15 @@ class Track:
     stops: list[str] = field(default_factory=lambda: ["end", "end"])
 
     @property
+    def closed(self) -> bool:
+        """Whether it comes back to where it begins."""
+        return self.stops == ["closed", "closed"]
+
+    def begun(self, number: int) -> Track:
+        """Return a closed track that begins at another step."""
+        return Track([*self.steps[number:], *self.steps[:number]], self.stops)
+
+    @property
     def points(self) -> Array:
         """(n, 3) on the axis."""
         return np.array([step.point for step in self.steps])
@@ -71,13 +80,18 @@ class Track:
 
 
 def traced(around: Surroundings, point: Array, direction: Array, *, jump: float = JUMP) -> Track | None:
-    """Return the track of a pipe both ways from a place on its axis; None if there is no pipe of this radius."""
+    """Return the track of a pipe both ways from a place on its axis; None if there is no pipe of this radius.
+
+    One that comes back to that place is closed: the other way is the same.
+    """
     first = settled(around, point, direction)
     if first is None:
         return None
-    ways = [_followed(around, [first._replace(direction=sign * first.direction)], jump) for sign in (1.0, -1.0)]
-    back = [step._replace(direction=-step.direction) for step in reversed(ways[1][0][1:])]
-    return Track([*back, *ways[0][0]], [ways[1][1], ways[0][1]])
+    onward, end = _followed(around, [first], jump)
+    if end == "closed" and norm(onward[-1].point - first.point) < 2 * STEP * around.radius:
+        return Track(onward, [end, end])
+    back, start = _followed(around, [first._replace(direction=-first.direction)], jump)
+    return Track([*(step._replace(direction=-step.direction) for step in reversed(back[1:])), *onward], [start, end])
 
 
 def settled(around: Surroundings, point: Array, direction: Array) -> Step | None:
