@@ -112,7 +112,7 @@ class Pipes:
     unit: str | None
 
     def triangulated(self, edge: float | None = None) -> TriangleMesh:
-        """Return the tubes in triangles with edges of about a length, by default 32 around; with open ends if they have ends."""
+        """Return the tubes in triangles with edges of about a length, by default 32 around, closed where lines are."""
         if not self.lines:
             raise ValueError("the plant has no lines")
         parts = [tube.swept(line.chain, edge) for line in self.lines]
@@ -121,7 +121,7 @@ class Pipes:
         return TriangleMesh(np.concatenate([vertices for vertices, _ in parts]), faces)
 
     def mesh(self, edge: float | None = None) -> SimplexMesh:
-        """Return the tubes as a simplex mesh, ready to be deformed; with open ends if they have ends."""
+        """Return the tubes as a simplex mesh, ready to be deformed, closed where lines are."""
         return dual(self.triangulated(edge), outward=False)
 
     def to_pyvista(self) -> pv.PolyData:
