@@ -125,7 +125,6 @@ def run(found: Beginning) -> tuple[Chain, tuple[str, str]]:
     if track.closed:
         chain = closed(track, chain)
     around = beside(found.around, chain, gap)
-    chain = simplified(around, chain)
     chain, deviation = refined(around, chain)
     chain = simplified(around, chain)
     return chain if chain.closed else with_ends(around, chain, deviation), (track.stops[0], track.stops[1])
@@ -151,11 +150,11 @@ def extended(around: Surroundings, chain: Chain, stops: tuple[str, str], gap: fl
     """Return a chain and what goes on behind its end with other radii on its axis."""
     for _ in range(MOST_CHANGES):
         radius = float(chain.radii[-1])
-        there = around if abs(radius / around.radius - 1) < 0.1 else Surroundings(around.points, radius)
+        there = around if abs(radius / around.radius - 1) < 0.1 else around.of(radius)
         found = next_radius(there, chain.corners[-1], chain.directions[-1])
         if found is None:
             break
-        beginning = Beginning(Surroundings(around.points, found[0]), found[1], chain.directions[-1], gap)
+        beginning = Beginning(around.of(found[0]), found[1], chain.directions[-1], gap)
         try:
             more, ends = run(beginning)
         except ValueError:

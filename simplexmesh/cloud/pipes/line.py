@@ -153,8 +153,8 @@ class PipeLine(Pipes):
     rms : float
         Root mean square distance of the line's points.
     stops : (str, str)
-        Why it ends where it does, at its start and its end: "end" of the points, "closed", or "length". A line closed
-        at both comes back to where its first straight starts.
+        Why it ends where it does, at its start and its end: "end" of the points, or "closed" where it comes back to
+        itself; closed at both it comes back to where its first straight starts.
     chain : Chain
         Axis and radii of all elements as one surface.
     unit : str or None

@@ -50,6 +50,8 @@ def refined(around: Surroundings, chain: Chain) -> tuple[Chain, float]:
         points = around.points[at]
         chain = fitted(around, chain, points, WITHIN * deviation)
         deviation = float(np.clip(DEVIATION * np.median(np.abs(chain.distance(points))), 1e-9 * r, MOST_NOISE * r))
+    if deviation > around.most_deviation:
+        raise ValueError(f"pick must be on a pipe, but points deviate by {deviation:.3g} from that which is there")
     return chain, deviation
 
 

@@ -38,8 +38,8 @@ MOST_TURN = np.radians(110)
 MOST_GATHERED = 3000
 """Points behind a shadow that are looked at."""
 
-MOST_STEPS = 20_000
-"""Of a line."""
+CROSSING = 0.8
+"""Distance from a place long passed at which a pipe would be in itself."""
 
 
 class Step(NamedTuple):
@@ -88,7 +88,7 @@ def traced(around: Surroundings, point: Array, direction: Array, *, jump: float 
     if first is None:
         return None
     onward, end = _followed(around, [first], jump)
-    if end == "closed" and norm(onward[-1].point - first.point) < 2 * STEP * around.radius:
+    if end == "closed" and norm(onward[-1].point - first.point) < 3 * STEP * around.radius:
         return Track(onward, [end, end])
     back, start = _followed(around, [first._replace(direction=-first.direction)], jump)
     return Track([*(step._replace(direction=-step.direction) for step in reversed(back[1:])), *onward], [start, end])
@@ -115,13 +115,13 @@ def located(around: Surroundings, point: Array, direction: Array) -> Step | None
 
 
 def _followed(around: Surroundings, steps: list[Step], jump: float) -> tuple[list[Step], str]:
-    """Return steps on from the last one, over shadows, and why they end."""
+    """Return steps on from the last one, over shadows, and why they end: those of a pipe have their points once."""
     r = around.radius
-    while len(steps) < MOST_STEPS:
+    while sum(step.support for step in steps) < 2 * len(around.points):  # each is on two steps
         last = steps[-1]
         step = located(around, last.point + STEP * r * last.direction, last.direction)
         if step is not None and _goes_on(steps, step, r):
-            if len(steps) > 20 and norm(np.array([s.point for s in steps[:-10]]) - step.point).min() < STEP * r / 2:
+            if len(steps) > 20 and norm(np.array([s.point for s in steps[:-10]]) - step.point).min() < CROSSING * r:
                 return steps, "closed"
             steps.append(step)
             continue
