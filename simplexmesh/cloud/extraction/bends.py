@@ -92,6 +92,8 @@ def between(
         return None
     length = most * np.tan(turn / 2) + 2 * radius
     near = np.array(tree.query_ball_point(at, float(np.hypot(length, 2 * radius))), dtype=np.int64)
+    if len(near) < limits.fewest:
+        return None
     every, near = near, near[:: -(-len(near) // (4 * FITTED))]
     corners = np.stack([at + length * ways[0], at, at + length * ways[1]])
     radii = np.geomspace(1.02 * radius, most, TRIED)

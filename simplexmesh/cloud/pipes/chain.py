@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -49,7 +49,8 @@ class Chain:
     """Cylinders along the segments of a polyline, and in each corner the torus tangent to two of them.
 
     Tangency is exact by construction: a bend has its center on the bisector of its corner, at the distance at which its
-    circle touches both segments. Radii change along straights, linearly between two heights.
+    circle touches both segments. Radii change along straights, linearly between two heights. A chain of one radius is
+    closed if it ends where it begins: on the segment between its last corner and its first one.
 
     Attributes
     ----------
@@ -81,6 +82,11 @@ class Chain:
     def lengths(self) -> Array:
         """(m - 1,) lengths of the segments."""
         return norm(np.diff(self.corners, axis=0))
+
+    @cached_property
+    def closed(self) -> bool:
+        """Whether it ends where it begins."""
+        return len(self.corners) > 4 and bool(norm(self.corners[-1] - self.corners[0]) < SHORTEST * self.radii.min())
 
     @cached_property
     def spans(self) -> Array:
@@ -174,39 +180,42 @@ class Chain:
     @property
     def n_parameters(self) -> int:
         """Of `stepped`: ends across the axis, corners, bend radii, radii, low and high ends of changes."""
-        return 3 * len(self.corners) - 2 + len(self.bend_radii) + len(self.radii) + 2 * len(self.changes)
+        return self.sizes.stop + 2 * len(self.changes)
 
     @property
     def sizes(self) -> slice:
         """Where the radii of the pipe are among the parameters."""
-        start = 3 * len(self.corners) - 2 + len(self.bend_radii)
+        start = 3 * len(self.corners) - (6 if self.closed else 2) + len(self.bend_radii)
         return slice(start, start + len(self.radii))
 
     @cached_property
     def _moves(self) -> Array:
         """(q, p): by the parameters, how all coordinates of corners, bend radii, radii, and changes move."""
-        p, last = self.n_parameters, 3 * len(self.corners) - 3
-        out = np.zeros((p + 2, p))
-        for rows, columns, end in (
-            (slice(0, 3), slice(0, 2), 0),
-            (slice(last, last + 3), slice(last - 1, last + 1), -1),
-        ):
-            out[rows, columns] = np.stack(tangents(self.directions[end]), axis=1)
-        out[3:last, 2 : last - 1] = np.eye(last - 3)
-        out[last + 3 :, last + 1 :] = np.eye(p - last - 1)
+        rows, columns, ends = 3 * len(self.corners), self.n_parameters, 0 if self.closed else 2
+        inner = slice(ends, ends + rows - 6)
+        after = columns - inner.stop - ends
+        out = np.zeros((rows + after, columns))
+        out[3 : rows - 3, inner] = np.eye(rows - 6)
+        out[rows:, inner.stop + ends :] = np.eye(after)
+        if self.closed:
+            share = norm(self.corners[0] - self.corners[-2]) / norm(self.corners[1] - self.corners[-2])
+            out[:3] = out[rows - 3 : rows] = share * out[3:6] + (1 - share) * out[rows - 6 : rows - 3]
+        else:
+            out[:3, :2] = np.stack(tangents(self.directions[0]), axis=1)
+            out[rows - 3 : rows, inner.stop : inner.stop + 2] = np.stack(tangents(self.directions[-1]), axis=1)
         return out
 
     @property
     def ends_in_bends(self) -> tuple[bool, bool]:
         """Whether there is no straight before the first bend, and behind the last one."""
         empty = np.diff(self.limits, axis=1)[[0, -1], 0] < SHORTEST * self.radii.min() * bool(len(self.bend_radii))
-        return bool(empty[0]), bool(empty[1])
+        return bool(empty[0]) and not self.closed, bool(empty[1]) and not self.closed
 
     def normal_equations(
         self, points: Array, weights: Array | None = None, loss_scale: float | None = None
     ) -> tuple[Array, Array, float]:
         """Return the normal matrix (p, p) of the distances of points, the downhill vector (p,) and the cost."""
-        q = self.n_parameters + 2
+        q = len(self._moves)
         matrix, downhill = np.zeros((q, q)), np.zeros(q)
         given = np.zeros(0) if weights is None else weights
         scale = np.inf if loss_scale is None else loss_scale
@@ -237,22 +246,31 @@ class Chain:
     def fitting(self) -> Chain:
         """Return the chain with bends at least as wide as the pipe, and that share the segments between them.
 
-        Its ends are drawn out where bends need more than the first and the last segment.
+        Its ends are drawn out where bends need more than the first and the last segment. A closed one is made to begin
+        in the middle of its first straight.
         """
-        least = self.radii[np.searchsorted(self.changes[:, 0], np.arange(1, len(self.corners) - 1) - 0.5)]
-        bends = np.maximum(self.bend_radii, least)
-        reaches = np.where(self.angles > LEAST_ANGLE, bends * np.tan(self.angles / 2), 0.0)
+        chain = self.begun(0.5) if self.closed else self
+        least = chain.radii[np.searchsorted(chain.changes[:, 0], np.arange(1, len(chain.corners) - 1) - 0.5)]
+        bends = np.maximum(chain.bend_radii, least)
+        reaches = np.where(chain.angles > LEAST_ANGLE, bends * np.tan(chain.angles / 2), 0.0)
         before, after = np.append(0.0, reaches), np.append(reaches, 0.0)  # at both ends of each segment
-        room_after, room_before = (np.maximum(self.lengths / 2, self.lengths - x) for x in (before, after))
-        room_after[0] = room_before[-1] = np.inf
+        room_after, room_before = (np.maximum(chain.lengths / 2, chain.lengths - x) for x in (before, after))
+        if not self.closed:
+            room_after[0] = room_before[-1] = np.inf
         share = np.minimum(np.minimum(room_after[:-1], room_before[1:]) / np.maximum(reaches, 1e-300), 1.0)
-        corners, changes = self.corners.copy(), self.changes.copy()
-        if len(bends):
+        corners, changes = chain.corners.copy(), chain.changes.copy()
+        if len(bends) and not self.closed:
             first, last = np.maximum((reaches * share)[[0, -1]] * (1 + 1e-9) - self.lengths[[0, -1]], 0.0)
             corners[0] -= first * self.directions[0]
             corners[-1] += last * self.directions[-1]
             changes[changes[:, 0] == 0, 1:] += first
         return Chain(corners, bends * share, self.radii, changes)
+
+    def begun(self, share: float) -> Chain:
+        """Return a closed chain that begins at a share of the way from its last corner to its first one."""
+        corners = self.corners.copy()
+        corners[[0, -1]] = (1 - share) * corners[-2] + share * corners[1]
+        return replace(self, corners=corners)
 
 
 def chain_of(corners: ArrayLike, bend_radii: ArrayLike, radius: float) -> Chain:

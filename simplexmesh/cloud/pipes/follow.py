@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices
+from simplexmesh._base.vectors import norm
 from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.cloud.given_cloud import given_cloud
 from simplexmesh.cloud.pipes.chain import Chain
@@ -23,7 +24,7 @@ from simplexmesh.cloud.pipes.tolerances import BAND, NEAR
 from simplexmesh.cloud.pipes.tracing.segmenting import segmented
 from simplexmesh.cloud.pipes.tracing.start import Beginning, beginning
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
-from simplexmesh.cloud.pipes.tracing.tracking import JUMP
+from simplexmesh.cloud.pipes.tracing.tracking import JUMP, Track
 
 MOST_CHANGES = 10
 """Of the radius towards one end of a line."""
@@ -100,13 +101,16 @@ def followed(found: Beginning) -> tuple[Chain, Array, float, tuple[str, str]]:
     """Return the refined chain from a beginning, the covariance of its parameters, the noise, and why it ends."""
     around, gap = found.around, found.gap
     chain, stops = run(found)
-    if not around.radius_is_given:
+    if not around.radius_is_given and not chain.closed:
         for _ in range(2):  # towards the end, then towards the start
             chain, stops = extended(around, chain, stops, gap)
             chain, stops = reversed_chain(chain), stops[::-1]
     near = beside(around, chain, gap)
     chain, deviation = refined(near, chain)
-    ended = with_ends(near, chain, deviation, bends=True)
+    if chain.closed:
+        ended = chain.begun(chain.reaches[-1] / norm(chain.corners[1] - chain.corners[-2]))
+    else:
+        ended = with_ends(near, chain, deviation, bends=True)
     if len(ended.bend_radii) != len(chain.bend_radii):
         ended, deviation = refined(near, ended)
         ended = with_ends(near, ended, deviation)
@@ -118,11 +122,21 @@ def run(found: Beginning) -> tuple[Chain, tuple[str, str]]:
     """Return the chain of one radius from a beginning, and why it ends."""
     track, gap = found.track, found.gap
     chain = segmented(track, found.around.radius)
+    if track.closed:
+        chain = closed(track, chain)
     around = beside(found.around, chain, gap)
-    chain = simplified(around, chain)
     chain, deviation = refined(around, chain)
     chain = simplified(around, chain)
-    return with_ends(around, chain, deviation), (track.stops[0], track.stops[1])
+    return chain if chain.closed else with_ends(around, chain, deviation), (track.stops[0], track.stops[1])
+
+
+def closed(track: Track, chain: Chain) -> Chain:
+    """Return the closed chain of a closed track, begun in the middle of the longest straight of its open one."""
+    straights = np.diff(chain.limits, axis=1)[:, 0]
+    k = int(straights.argmax())
+    middle = chain.corners[k] + chain.limits[k].mean() * chain.directions[k]
+    chain = segmented(track.begun(int(norm(track.points - middle).argmin())), float(chain.radii[0]))
+    return replace(chain, corners=np.append(chain.corners[:-1], chain.corners[:1], axis=0)).fitting()
 
 
 def beside(around: Surroundings, chain: Chain, gap: float) -> Surroundings:
@@ -136,11 +150,11 @@ def extended(around: Surroundings, chain: Chain, stops: tuple[str, str], gap: fl
     """Return a chain and what goes on behind its end with other radii on its axis."""
     for _ in range(MOST_CHANGES):
         radius = float(chain.radii[-1])
-        there = around if abs(radius / around.radius - 1) < 0.1 else Surroundings(around.points, radius)
+        there = around if abs(radius / around.radius - 1) < 0.1 else around.of(radius)
         found = next_radius(there, chain.corners[-1], chain.directions[-1])
         if found is None:
             break
-        beginning = Beginning(Surroundings(around.points, found[0]), found[1], chain.directions[-1], gap)
+        beginning = Beginning(around.of(found[0]), found[1], chain.directions[-1], gap)
         try:
             more, ends = run(beginning)
         except ValueError:

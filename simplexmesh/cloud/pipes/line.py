@@ -112,7 +112,7 @@ class Pipes:
     unit: str | None
 
     def triangulated(self, edge: float | None = None) -> TriangleMesh:
-        """Return the tubes in triangles with edges of about a length, by default 32 around; open at their ends."""
+        """Return the tubes in triangles with edges of about a length, by default 32 around, closed where lines are."""
         if not self.lines:
             raise ValueError("the plant has no lines")
         parts = [tube.swept(line.chain, edge) for line in self.lines]
@@ -121,7 +121,7 @@ class Pipes:
         return TriangleMesh(np.concatenate([vertices for vertices, _ in parts]), faces)
 
     def mesh(self, edge: float | None = None) -> SimplexMesh:
-        """Return the tubes as a simplex mesh, ready to be deformed; open at their ends."""
+        """Return the tubes as a simplex mesh, ready to be deformed, closed where lines are."""
         return dual(self.triangulated(edge), outward=False)
 
     def to_pyvista(self) -> pv.PolyData:
@@ -153,7 +153,8 @@ class PipeLine(Pipes):
     rms : float
         Root mean square distance of the line's points.
     stops : (str, str)
-        Why it ends where it does, at its start and its end: "end" of the points, "closed", or "length".
+        Why it ends where it does, at its start and its end: "end" of the points, or "closed" where it comes back to
+        itself; closed at both it comes back to where its first straight starts.
     chain : Chain
         Axis and radii of all elements as one surface.
     unit : str or None

@@ -151,7 +151,7 @@ def _plant(
     tree = cKDTree(data.points[kept] - origin, balanced_tree=False, compact_nodes=False)
     taken = np.zeros(len(kept), bool)
     in_cylinders = _in_cylinders(scene, kept, tree, origin, limits, gap, taken)
-    starts = chained(in_cylinders, _picked(tree, limits, gap, taken, scene.labels[kept] >= 0, rng))
+    starts = chained(in_cylinders, _picked(tree, limits, gap, taken, scene.labels[kept] >= 0, scene.noise, rng))
     lines, tees = with_tees(_lines(tree, origin, starts, taken, report), tree, origin)
     for k, line in enumerate(lines):
         own = np.full(len(labels), -1)
@@ -172,12 +172,19 @@ def _in_cylinders(
         radius = float(np.clip(each.radius, *limits))
         if abs(each.radius - radius) < ALIKE * radius:
             middle = each.point + each.extent[1].mean() * each.axis - origin
-            around = Surroundings(np.asarray(tree.data), radius, radius_is_given=limits[0] == limits[1])
+            given = limits[0] == limits[1]
+            around = Surroundings(np.asarray(tree.data), radius, radius_is_given=given, noise=scene.noise)
             yield Beginning(around, middle, each.axis, gap)
 
 
 def _picked(
-    tree: cKDTree, limits: tuple[float, float], gap: float, taken: Mask, explained: Mask, rng: np.random.Generator
+    tree: cKDTree,
+    limits: tuple[float, float],
+    gap: float,
+    taken: Mask,
+    explained: Mask,
+    noise: float,
+    rng: np.random.Generator,
 ) -> Iterator[Beginning]:
     """Yield beginnings at likely points that are not taken, nor explained by primitives, until many lead to none."""
     taken |= explained
@@ -189,7 +196,7 @@ def _picked(
         if failures > FAILURES:
             return
         with suppress(ValueError, np.linalg.LinAlgError):
-            yield beginning(tree, points[pick], limits, gap)
+            yield beginning(tree, points[pick], limits, gap, noise)
 
 
 def _lines(tree: cKDTree, origin: Array, starts: Iterable[Beginning], taken: Mask, report: Progress) -> list[PipeLine]:
@@ -200,13 +207,20 @@ def _lines(tree: cKDTree, origin: Array, starts: Iterable[Beginning], taken: Mas
         try:
             chain, covariance, deviation, stops = followed(start)
             wide, distance = on_line(chain, tree, BAND * float(chain.radii.min()))
-            at, near = (wide[np.abs(distance) < band * deviation] for band in (WITHIN, 2.0))
+            at = wide[np.abs(distance) < WITHIN * deviation]
             short = chain.stations[-1] < 2 * SHORT * chain.radii.max()
-            peaked = 2 * len(near) > len(wide)
-            if short or not peaked or len(at) < FEWEST or taken[at].mean() > 0.5:
+            if short or not is_peaked(distance, deviation) or len(at) < FEWEST or taken[at].mean() > 0.5:
                 continue
             lines.append(line_of(tree, origin, chain, covariance, deviation, stops))
         except (ValueError, np.linalg.LinAlgError):
             continue
         taken[wide[np.abs(distance) < 2 * WITHIN * deviation]] = True
     return sorted(lines, key=lambda line: -int((line.labels >= 0).sum()))
+
+
+def is_peaked(distance: Array, deviation: float) -> bool:
+    """Whether most distances are of the surface, and not of what is as dense beside it: two deviations are near."""
+    off = np.abs(distance) / (2 * deviation)
+    near = int((off < 1).sum())
+    beside = (len(off) - near) / (off.max(initial=2.0) - 1)
+    return 2 * (near - beside) > len(off)

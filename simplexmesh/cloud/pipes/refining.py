@@ -51,6 +51,8 @@ def refined(around: Surroundings, chain: Chain) -> tuple[Chain, float]:
         points = around.points[at]
         chain = fitted(around, chain, points, WITHIN * deviation)
         deviation = float(np.clip(NORMAL_MAD * np.median(np.abs(chain.distance(points))), 1e-9 * r, MOST_NOISE * r))
+    if deviation > around.most_deviation:
+        raise ValueError(f"pick must be on a pipe, but points deviate by {deviation:.3g} from that which is there")
     return chain, deviation
 
 
@@ -96,7 +98,7 @@ def simplified(around: Surroundings, chain: Chain) -> Chain:
     k = 0
     while k < len(chain.bend_radii):
         fewer = next(filter(None, (merge(chain, k) for merge in (_without_corner, _with_one_bend))), None)
-        if fewer is None:
+        if fewer is None or fewer.closed != chain.closed:
             k += 1
             continue
         better = cheaper(around, chain, fewer, SUPERFLUOUS)
@@ -124,7 +126,8 @@ def _without_corner(chain: Chain, i: int) -> Chain | None:
     """Return a chain without corner i, if that turns slightly."""
     if chain.angles[i] > SLIGHT:
         return None
-    return replace(chain, corners=np.delete(chain.corners, i + 1, axis=0), bend_radii=np.delete(chain.bend_radii, i))
+    corners, bends = np.delete(chain.corners, i + 1, axis=0), np.delete(chain.bend_radii, i)
+    return replace(chain, corners=corners, bend_radii=bends).fitting()
 
 
 def _with_one_bend(chain: Chain, i: int) -> Chain | None:

@@ -54,7 +54,7 @@ def _met(branch: PipeLine, lines: list[PipeLine]) -> tuple[int, int, Array] | No
     """Return the line and the straight of it whose axis the end of a branch meets, and where."""
     end, along = branch.chain.corners[-1], branch.chain.directions[-1]
     for i, line in enumerate(lines):
-        if line.labels is branch.labels:
+        if line.labels is branch.labels or branch.chain.closed:
             continue
         for k, element in enumerate(line.elements):
             axis = normalized(element.end - element.start)

@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 
 from simplexmesh._base.arrays import Array, Indices
-from simplexmesh._base.vectors import cross, normalized, tangents
+from simplexmesh._base.vectors import cross, dot, normalized, tangents
 from simplexmesh.cloud.pipes.chain import Chain
 
 AROUND = 32
@@ -18,7 +18,7 @@ LEAST_AROUND = 6
 
 
 def swept(chain: Chain, edge: float | None) -> tuple[Array, Indices]:
-    """Return vertices and triangles of the surface of a chain, in rings across its axis that do not twist."""
+    """Return vertices and triangles of the surface of a chain, in rings across its axis that hardly twist."""
     turn = 2 * np.pi * float(chain.radii.max())
     size = turn / AROUND if edge is None else edge
     around = max(LEAST_AROUND, round(turn / size))
@@ -27,9 +27,14 @@ def swept(chain: Chain, edge: float | None) -> tuple[Array, Indices]:
     radius = chain.feet(points).radius
     u = _untwisted(along)
     angle = np.linspace(0, 2 * np.pi, around, endpoint=False)[None, :, None]
+    if chain.closed:
+        twist = np.arctan2(dot(cross(u[-1], u[0]), along[0]), u[-1] @ u[0])
+        angle = angle + twist * (stations / stations[-1])[:, None, None]
     out = np.cos(angle) * u[:, None] + np.sin(angle) * cross(along, u)[:, None]
     vertices = (points[:, None] + radius[:, None, None] * out).reshape(-1, 3)
     index = np.arange(len(stations) * around).reshape(len(stations), around)
+    if chain.closed:
+        vertices, index[-1] = vertices[: index[-1, 0]], index[0]
     next_around = np.roll(index, -1, axis=1)
     a, b, c, d = index[:-1], next_around[:-1], next_around[1:], index[1:]
     faces = np.concatenate([np.stack([a, b, c], axis=-1), np.stack([a, c, d], axis=-1)]).reshape(-1, 3)

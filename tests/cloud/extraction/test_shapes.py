@@ -123,3 +123,11 @@ def test_evidence_is_greatest_for_the_noise_there_is():
     near = np.flatnonzero(norm(points - shape.center) > 0)
     values = {noise: evidence(work, shape, near, noise) for noise in (0.01, 0.015, 0.02, 0.03, 0.04)}
     assert max(values, key=values.get) == 0.02
+
+
+def test_pipes_whose_axes_meet_far_from_both_have_no_bend():
+    rng = np.random.default_rng(0)
+    turn, along = rng.uniform([0, 2], [2 * np.pi, 3], (2000, 2)).T
+    one = np.column_stack([along, 0.05 * np.cos(turn), 0.05 * np.sin(turn)])
+    out = sm.extract_primitives(np.concatenate([one, one[:, [1, 0, 2]]]))
+    assert [each.kind for each in out.primitives] == ["cylinder", "cylinder"]

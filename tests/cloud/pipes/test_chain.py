@@ -14,11 +14,18 @@ from scipy.spatial.transform import Rotation
 from simplexmesh.cloud.pipes.chain import Chain, chain_of
 from simplexmesh.cloud.pipes.elements import elements_of
 from simplexmesh.cloud.pipes.ends import reversed_chain
+from simplexmesh.cloud.pipes.tube import swept
+from simplexmesh.data.triangles import TriangleMesh
+from simplexmesh.mesh.duality import dual
 from tests.cloud.pipes.lines import meeting, random_chain
 
 CORNERS = np.array([[0, 0, 0], [10, 0, 1], [10, 8, 2], [18, 8, 3.0]])
 PLAIN = chain_of(CORNERS, [3.0, 2.0], 1.0)
 REDUCED = Chain(CORNERS, np.array([3.0, 2.0]), np.array([1.0, 0.6]), np.array([[1, 4.0, 5.0]]))
+LOOP = np.array([[3, 0, 0], [10, 0, 0], [10, 0, 12], [-1, 12, 0], [-1, 0, 0], [3, 0, 0.0]])
+CLOSED = chain_of(LOOP, [3.0, 2.0, 2.5, 1.5], 1.0)
+kinds = {"plain": PLAIN, "reduced": REDUCED, "closed": CLOSED}
+every = pytest.mark.parametrize("chain", kinds.values(), ids=kinds)
 both = pytest.mark.parametrize("chain", [PLAIN, REDUCED], ids=["plain", "reduced"])
 
 
@@ -45,7 +52,7 @@ def test_stations_are_lengths_along_the_axis():
     assert_allclose(np.diff(axis, axis=0) / np.diff(lengths)[:, None], along[:-1], atol=1e-3)
 
 
-@both
+@every
 @pytest.mark.parametrize("loss_scale", [None, 0.3])
 def test_normal_equations_are_those_of_difference_quotients(chain, loss_scale):
     points, weights, h = around(chain), np.random.default_rng(1).uniform(0, 2, 1000), 1e-6
@@ -61,7 +68,7 @@ def test_normal_equations_are_those_of_difference_quotients(chain, loss_scale):
     assert_allclose(cost, weights @ (off**2 * less))
 
 
-@both
+@every
 def test_gradients_are_difference_quotients(chain):
     points = around(chain)
     steps = [(chain.distance(points + h) - chain.distance(points - h)) / 2e-6 for h in 1e-6 * np.eye(3)]
@@ -118,14 +125,14 @@ def test_bends_at_the_ends_of_a_line_have_room():
     assert_allclose([wider.corners[0], wider.corners[2]], [[-1, 0, 0], [3, 4, 0]], atol=1e-6)
 
 
-@both
+@every
 def test_reversal_keeps_the_surface(chain):
     points = around(chain)
     assert_allclose(reversed_chain(chain).distance(points), chain.distance(points), atol=1e-12)
     assert_allclose(reversed_chain(reversed_chain(chain)).changes, chain.changes, atol=1e-12)
 
 
-@both
+@every
 def test_motions_and_scales_move_along(chain):
     turn, shift, scale = Rotation.random(random_state=1).as_matrix(), np.array([3.0, -2.0, 5.0]), 7.0
     changes = chain.changes * [1, scale, scale]
@@ -136,3 +143,33 @@ def test_motions_and_scales_move_along(chain):
 
 def test_a_straight_of_no_length_ends_in_no_bend():
     assert chain_of([[0.0, 0, 0], [1e-12, 0, 0]], [], 1.0).ends_in_bends == (False, False)
+
+
+class TestClosed:
+    @pytest.mark.parametrize("seed", range(3))
+    def test_ones_meet_themselves_tangentially_after_any_step(self, seed):
+        rng = np.random.default_rng(seed)
+        moved = CLOSED.stepped(0.1 * rng.normal(size=CLOSED.n_parameters))
+        chain = moved.begun(moved.reaches[-1] / np.linalg.norm(moved.corners[1] - moved.corners[-2]))
+        assert chain.closed
+        elements, _ = elements_of(chain, around(chain, 50), np.eye(chain.n_parameters), np.zeros(3))
+        assert [element.kind for element in elements] == ["straight", "bend"] * 4
+        for one, other in itertools.pairwise([*elements, elements[0]]):
+            assert max(meeting(one, other)) < 1e-9
+
+    def test_ones_are_the_same_wherever_they_begin(self):
+        points = around(CLOSED)
+        assert_allclose(CLOSED.begun(0.3).distance(points), CLOSED.begun(0.7).distance(points), atol=1e-12)
+
+    def test_ones_stay_closed_as_they_move(self):
+        moved = CLOSED.moved(0.1 * np.random.default_rng(0).normal(size=CLOSED.n_parameters))
+        points = around(CLOSED)
+        assert_allclose(moved.distance(points), moved.begun(0.5).distance(points), atol=1e-12)
+
+    def test_tubes_have_no_ends(self):
+        vertices, faces = swept(CLOSED, None)
+        tube = TriangleMesh(vertices, faces)
+        assert dual(tube, outward=False).n_holes == 0
+        assert tube.volume == pytest.approx(np.pi * CLOSED.stations[-1], rel=0.02)
+        across = np.sort(np.linalg.norm(np.diff(vertices[faces], axis=1), axis=2).max(axis=1))
+        assert across[-1] < 1.7 * across[len(across) // 2]  # no ring is turned against the next one

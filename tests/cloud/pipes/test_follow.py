@@ -193,6 +193,21 @@ class TestLines:
         assert line.rms < 0.012
 
 
+class TestClosed:
+    @pytest.mark.parametrize("station", [2.0, 13.0, 30.0])
+    def test_lines_are_found_once_from_anywhere(self, station):
+        corners = [[3, 0, 0], [14, 0, 0], [14, 10, 3], [0, 9, 0], [0, 0, 0], [3, 0, 0.0]]
+        line = followed(chain_of(corners, [3.0, 2.0, 2.5, 3.0], 1.0), arc=220.0, station=station)
+        assert line.stops == ("closed", "closed")
+        assert [element.kind for element in line.elements] == ["straight", "bend"] * 4
+        for pair in zip(line.elements, [*line.elements[1:], line.elements[0]], strict=True):
+            assert max(meeting(*pair)) < 1e-9
+        assert_allclose(sorted(e.bend_radius for e in line.elements[1::2]), [2, 2.5, 3, 3], rtol=0.02)
+        assert max(e.deviations.bend_radius for e in line.elements[1::2]) < 0.05
+        assert (line.labels >= 0).mean() > 0.99
+        assert line.mesh().n_holes == 0
+
+
 class TestStraights:
     """Protocol P9: chains of 50 steps in three straight parts, whose directions are noisy."""
 

@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 import simplexmesh as sm
 from simplexmesh.cloud.pipes.chain import chain_of
 from simplexmesh.cloud.pipes.follow import line_of
+from simplexmesh.cloud.pipes.plant import is_peaked
 from simplexmesh.cloud.pipes.tees import with_tees
 from tests.cloud.pipes.lines import random_line, sampled
 
@@ -121,3 +122,13 @@ def test_walls_beside_a_long_line_are_no_pipes():
     plant = sm.extract_pipes(drawn.points)
     assert len(plant.lines[0].elements) == 13
     assert (plant.labels[~drawn.on_pipe] >= 0).mean() < 0.02
+
+
+def test_lines_stand_out_of_what_is_beside_them():
+    rng = np.random.default_rng(0)
+    pipe, clutter = rng.normal(0, 0.01, 1000), rng.uniform(-0.3, 0.3, 4000)
+    assert is_peaked(pipe, 0.01)
+    assert is_peaked(np.concatenate([pipe, clutter[:500]]), 0.01)
+    assert not is_peaked(np.concatenate([pipe, clutter]), 0.01)
+    for deviation in (0.01, 0.06, 0.1):
+        assert not is_peaked(clutter, deviation)

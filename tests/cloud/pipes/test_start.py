@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from simplexmesh.cloud.pipes.chain import chain_of
+from simplexmesh.cloud.pipes.follow import run
 from simplexmesh.cloud.pipes.tracing.start import beginning
 from tests.cloud.pipes.lines import sampled
 
@@ -57,3 +58,30 @@ def test_a_lonely_pipe_is_found():
     turn, height = rng.uniform([0, 0], [2 * np.pi, 12], (6000, 2)).T
     points = np.stack([np.cos(turn), np.sin(turn), height], axis=1)
     assert beginning(cKDTree(points), np.array([1, 0, 6.0]), ANY, 5.0).around.radius == pytest.approx(1, abs=1e-4)
+
+
+def smooth_body(count):
+    """Points with a noise of 0.003 on a body of the size of 1 that is as round as a pipe here and there."""
+    rng = np.random.default_rng(0)
+    ways = rng.normal(size=(count, 3))
+    ways /= np.linalg.norm(ways, axis=1)[:, None]
+    x, y, z = ways.T
+    out = 1 + 0.2 * np.sin(3 * x + 1) * np.cos(2 * y) + 0.15 * np.sin(4 * z)
+    return ways * out[:, None] * [1, 1.3, 0.8] + rng.normal(0, 0.003, (count, 3))
+
+
+@pytest.mark.parametrize(
+    ("pick", "why"), [(7, "no cylinder fits"), (22, "no cylinder fits"), (28, "points deviate by")]
+)
+def test_where_the_noise_is_known_a_body_is_no_pipe(pick, why):
+    points = smooth_body(6000)
+    tree = cKDTree(points)
+    run(beginning(tree, points[pick], ANY, 5.0))
+    with pytest.raises(ValueError, match=rf"^pick must be on a pipe, but .*{why}"):
+        run(beginning(tree, points[pick], ANY, 5.0, 0.003))
+
+
+def test_what_goes_on_over_its_own_points_is_no_pipe():
+    points = smooth_body(6000)
+    with pytest.raises(ValueError, match=r"^pick must be on a pipe, but .* longer than its points are many$"):
+        beginning(cKDTree(points), points[3], ANY, 5.0)

@@ -45,10 +45,12 @@ class Beginning:
         found = traced(self.around, self.point, self.direction, jump=self.gap)
         if found is None:
             raise ValueError("pick must be on a pipe, but no points gather on the axis of the cylinder there")
+        if "length" in found.stops:
+            raise ValueError("pick must be on a pipe, but that which is there is longer than its points are many")
         return found
 
 
-def beginning(tree: cKDTree, place: Array, limits: tuple[float, float], gap: float) -> Beginning:
+def beginning(tree: cKDTree, place: Array, limits: tuple[float, float], gap: float, noise: float = np.inf) -> Beginning:
     """Return the beginning at a picked place with a radius within limits, or say why there is none.
 
     Of neighborhoods of several sizes the first of a long axis, or that of the longest: crosswise, or in a flat, points
@@ -66,12 +68,13 @@ def beginning(tree: cKDTree, place: Array, limits: tuple[float, float], gap: flo
         cylinder = free_cylinder(points[near])
         if cylinder is None or cylinder.radius > FLAT * away[-1]:
             continue
-        found = _confirmed(tree, points[nearest], cylinder, limits)
+        found = _confirmed(tree, points[nearest], cylinder, limits, noise)
         if found is None:
             continue
         if limits[0] * 0.9 <= found.radius <= limits[1] * 1.1:
             given = limits[0] == limits[1]
-            around = Surroundings(points, limits[0] if given else found.radius, radius_is_given=given)
+            radius = limits[0] if given else found.radius
+            around = Surroundings(points, radius, radius_is_given=given, noise=noise)
             begun.append(Beginning(around, found.point, found.axis, gap))
             if STEP * len(begun[-1].track.steps) > 4 * SHORT:
                 break
@@ -82,7 +85,9 @@ def beginning(tree: cKDTree, place: Array, limits: tuple[float, float], gap: flo
     return max(begun, key=lambda each: len(each.track.steps))
 
 
-def _confirmed(tree: cKDTree, place: Array, cylinder: Cylinder, limits: tuple[float, float]) -> Cylinder | None:
+def _confirmed(
+    tree: cKDTree, place: Array, cylinder: Cylinder, limits: tuple[float, float], noise: float
+) -> Cylinder | None:
     """Return a cylinder fitted again to the points around a place that face as it does; None if they are not on one."""
     if not 0.5 * limits[0] <= cylinder.radius <= 2 * limits[1]:
         return None
@@ -90,7 +95,7 @@ def _confirmed(tree: cKDTree, place: Array, cylinder: Cylinder, limits: tuple[fl
         near = np.asarray(tree.data)[tree.query_ball_point(place, NEAR * cylinder.radius)]
         if len(near) < FEWEST // 4:
             return None
-        around = Surroundings(near, cylinder.radius)
+        around = Surroundings(near, cylinder.radius, noise=noise)
         on_axis = cylinder.point + ((place - cylinder.point) @ cylinder.axis) * cylinder.axis
         step = settled(around, on_axis, cylinder.axis)
         if step is None:
@@ -105,12 +110,13 @@ def _confirmed(tree: cKDTree, place: Array, cylinder: Cylinder, limits: tuple[fl
 
 
 def _is_peaked(around: Surroundings, cylinder: Cylinder, place: Array) -> bool:
-    """Whether most points near a surface are on it: of planes that cut it a third are."""
+    """Whether most points near a surface are on it, as far as noise may be: of planes that cut it a third are."""
     away = around.points - place
     near = norm(away - np.outer(away @ cylinder.axis, cylinder.axis)) < cylinder.radius
     near &= np.abs(away @ cylinder.axis) < cylinder.radius
-    off = np.abs(cylinder.distance(around.points[near])) / cylinder.radius
-    return bool(2 * (off < BAND / 3).sum() > (off < BAND).sum())
+    off = np.abs(cylinder.distance(around.points[near]))
+    off = off[off < BAND * cylinder.radius]
+    return len(off) > 0 and bool(np.median(off) < min(BAND / 3 * cylinder.radius, around.most_deviation))
 
 
 def _refitted(around: Surroundings, cylinder: Cylinder) -> Cylinder:

@@ -18,17 +18,27 @@ NEIGHBORS = 32
 """Of a plane fit: as many cells as half a radius around a point has on a flat surface."""
 
 
+NOISY, UNEVEN = 4.0, 0.01
+"""Noises of the cloud, and radii: points of a pipe do not deviate more. Dents and shifts of stations are less, and what
+smooth bodies and crossing walls have of a pipe is nearly always more."""
+
+
 class Surroundings:
     """Means of the points in cells, and planes through their neighbors, fitted where they are first asked for.
 
     Directions that an axis may have do not depend on how dense the scan is: a dense one is averaged, a sparse one kept.
     """
 
-    def __init__(self, points: Array, radius: float, *, radius_is_given: bool = False) -> None:
-        self.radius, self.radius_is_given = radius, radius_is_given
+    def __init__(self, points: Array, radius: float, *, radius_is_given: bool = False, noise: float = np.inf) -> None:
+        self.radius, self.radius_is_given, self.noise = radius, radius_is_given, noise
         self.points = thinned(points, 2.0 ** np.floor(np.log2(radius / CELLS)))
         self._normals = np.zeros_like(self.points)
         self._known = np.zeros(len(self.points), bool)
+
+    @property
+    def most_deviation(self) -> float:
+        """Of points of the pipe."""
+        return max(NOISY * self.noise, UNEVEN * self.radius)
 
     @cached_property
     def tree(self) -> cKDTree:
@@ -44,6 +54,10 @@ class Surroundings:
         out.__dict__.pop("tree")
         out.points, out._normals, out._known = self.points[near], self._normals[near], self._known[near]
         return out
+
+    def of(self, radius: float) -> Surroundings:
+        """Return them as a pipe of another radius has them."""
+        return Surroundings(self.points, radius, noise=self.noise)
 
     def near(self, place: Array, reach: float) -> Indices:
         """Return which points are within reach of a place."""

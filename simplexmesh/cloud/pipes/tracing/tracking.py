@@ -38,8 +38,8 @@ MOST_TURN = np.radians(110)
 MOST_GATHERED = 3000
 """Points behind a shadow that are looked at."""
 
-MOST_STEPS = 20_000
-"""Of a line."""
+CROSSING = 0.8
+"""Distance from a place long passed at which a pipe would be in itself."""
 
 
 class Step(NamedTuple):
@@ -60,6 +60,15 @@ class Track:
     stops: list[str] = field(default_factory=lambda: ["end", "end"])
 
     @property
+    def closed(self) -> bool:
+        """Whether it comes back to where it begins."""
+        return self.stops == ["closed", "closed"]
+
+    def begun(self, number: int) -> Track:
+        """Return a closed track that begins at another step."""
+        return Track([*self.steps[number:], *self.steps[:number]], self.stops)
+
+    @property
     def points(self) -> Array:
         """(n, 3) on the axis."""
         return np.array([step.point for step in self.steps])
@@ -71,13 +80,18 @@ class Track:
 
 
 def traced(around: Surroundings, point: Array, direction: Array, *, jump: float = JUMP) -> Track | None:
-    """Return the track of a pipe both ways from a place on its axis; None if there is no pipe of this radius."""
+    """Return the track of a pipe both ways from a place on its axis; None if there is no pipe of this radius.
+
+    One that comes back to that place is closed: the other way is the same.
+    """
     first = settled(around, point, direction)
     if first is None:
         return None
-    ways = [_followed(around, [first._replace(direction=sign * first.direction)], jump) for sign in (1.0, -1.0)]
-    back = [step._replace(direction=-step.direction) for step in reversed(ways[1][0][1:])]
-    return Track([*back, *ways[0][0]], [ways[1][1], ways[0][1]])
+    onward, end = _followed(around, [first], jump)
+    if end == "closed" and norm(onward[-1].point - first.point) < 3 * STEP * around.radius:
+        return Track(onward, [end, end])
+    back, start = _followed(around, [first._replace(direction=-first.direction)], jump)
+    return Track([*(step._replace(direction=-step.direction) for step in reversed(back[1:])), *onward], [start, end])
 
 
 def settled(around: Surroundings, point: Array, direction: Array) -> Step | None:
@@ -101,13 +115,13 @@ def located(around: Surroundings, point: Array, direction: Array) -> Step | None
 
 
 def _followed(around: Surroundings, steps: list[Step], jump: float) -> tuple[list[Step], str]:
-    """Return steps on from the last one, over shadows, and why they end."""
+    """Return steps on from the last one, over shadows, and why they end: those of a pipe have their points once."""
     r = around.radius
-    while len(steps) < MOST_STEPS:
+    while sum(step.support for step in steps) < 2 * len(around.points):  # each is on two steps
         last = steps[-1]
         step = located(around, last.point + STEP * r * last.direction, last.direction)
         if step is not None and _goes_on(steps, step, r):
-            if len(steps) > 20 and norm(np.array([s.point for s in steps[:-10]]) - step.point).min() < STEP * r / 2:
+            if len(steps) > 20 and norm(np.array([s.point for s in steps[:-10]]) - step.point).min() < CROSSING * r:
                 return steps, "closed"
             steps.append(step)
             continue
