@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 from simplexmesh._base.errors import DivergedError, warn
 from simplexmesh.mesh.check import folded_vertices, tangled_vertices
 from simplexmesh.mesh.face_geometry import face_areas
+from simplexmesh.mesh.operators.cut_join import parts
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.density.face_edits import divide_faces, divided_boundary, with_even_metric
@@ -40,18 +41,19 @@ def change_topology(run: Run) -> None:
     """Wrap the mesh around closed data and add its handles, or open holes where the data ends."""
     if run.surface is not None:
         _wrap(run, run.surface)
-    elif run.options.holes != "none":
+    elif run.opens:
         _open_holes(run)
 
 
-def _open_holes(run: Run) -> None:
-    """Open holes and move the boundary to the border of the data, up to three times."""
-    wanted, stage = run.options.holes, replace(run.stages[-3], iterations=60)
+def _open_holes(run: Run, edges: float = 2.0, until: float = 0.4) -> None:
+    """Open holes so many edges from the data and move the boundary to its border, up to three times."""
+    wanted: Any = run.options.holes
+    stage = replace(run.stages[-3], iterations=60)
     for attempt in range(1 if isinstance(wanted, list) else 3):
         mesh = run.mesh
-        choice: dict[str, Any] = {"accept": wanted}
-        if wanted == "auto":
-            choice = {"accept": _near_border(run.target, mean_edge(mesh))}
+        choice: dict[str, Any] = {"accept": wanted, "reach": edges * mean_edge(mesh)}
+        if wanted in ("auto", "open"):
+            choice["accept"] = _near_border(run.target, mean_edge(mesh))
         elif isinstance(wanted, list):
             choice = {"zones": run.zones}
         out = open_holes(mesh, run.target, fewest=max(3, mesh.n_faces // 100), **choice)
@@ -60,7 +62,9 @@ def _open_holes(run: Run) -> None:
         if out.mesh is mesh:
             return
         run.mesh, run.fallback = out.mesh, None
-        run.move(stage, until=0.3 + 0.05 * attempt)
+        if wanted == "open" and run.options.components != "all":
+            run.mesh = max((piece.mesh for piece in parts(run.mesh)), key=lambda piece: piece.area)
+        run.move(stage, until=until - 0.02 * (2 - attempt))
 
 
 def _near_border(target: Target, edge: float) -> Callable[[HoleProposal], bool | str]:
@@ -107,7 +111,7 @@ def _wrap(run: Run, surface: SimplexMesh) -> None:
 def refine_and_fit(run: Run) -> None:
     """Alternate motion and division of faces, by a quarter more vertices a round, as wanted; then move to rest."""
     fine = run.stages[-2]
-    if run.options.refine != "none":
+    if run.refines:
         motion = replace(fine, iterations=21)
         for k in range(16):  # enough for 720 vertices to become 20,000
             run.move(motion, until=0.4 + 0.25 * (k + 1) / 16)
@@ -119,6 +123,8 @@ def refine_and_fit(run: Run) -> None:
             run.count(refined=run.mesh.n_vertices - n)
             if run.mesh.n_vertices == n:
                 break
+    if run.refines and run.options.holes == "open":
+        _open_holes(run, edges=1.0, until=0.7)  # strips beside the border, too narrow before
     run.move(fine, until=0.7)
 
 
@@ -130,7 +136,7 @@ def _divide(run: Run, budget: int, reach: float) -> None:
     step = refine_round(run.mesh, run.target, reach=reach, threshold=threshold, budget=budget)
     run.mesh = step.mesh
     run.count(swapped=step.rounds[0].swapped)
-    if step.inserted < budget // 2 and run.options.refine == "auto":
+    if step.inserted < budget // 2 and run.options.refine in ("auto", "open"):
         run.mesh, swaps = _with_largest_divided(run.mesh, budget - step.inserted)
         run.count(swapped=swaps)
 

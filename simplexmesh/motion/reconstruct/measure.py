@@ -20,6 +20,7 @@ from simplexmesh.motion.reconstruct.outer_side import border_width
 from simplexmesh.motion.reconstruct.result import LEAST_BARE, Distance, Summary
 from simplexmesh.motion.reconstruct.run import Run
 from simplexmesh.motion.start.primitives import PRIMITIVES
+from simplexmesh.motion.start.report import FAR
 from simplexmesh.motion.targets.protocol import Target
 from simplexmesh.motion.targets.triangles import Triangles, inside_surface
 from simplexmesh.motion.topology.face_regions import dilated
@@ -28,9 +29,6 @@ from simplexmesh.numerics.plane_fits import spacing_of
 
 MOST_UNSEEN, MOST_MISSED = 0.25, 0.05
 """Fractions of the model without data nearby, and of the data without model nearby, above which a warning is given."""
-
-FAR = 0.04
-"""In diagonals of the data: beyond any noise."""
 
 CLEARLY_OPEN = 0.2
 """Width of the border of data, in its diagonals, from which a model without holes is warned of."""
@@ -146,32 +144,28 @@ def measure(run: Run) -> None:
     run.distance = Distance(Summary.of(away), Summary.of(missing), Summary.of(missing[enclosed]))
     run.mesh = mesh.with_data(distance=away)
     run.bare = share_of_area(mesh, away > 2 * reach)
-    lid = run.options.closes and has_lid(run.target, mesh, run.bare)
-    if lid:
-        warn(
-            f"where the data is open, the model closes it: {run.bare:.0%} of its area has no data nearby; "
-            "holes='auto' leaves it open, holes='none' closes it without this warning"
-        )
+    lid = run.options.holes == "open" and has_lid(run.target, mesh, run.bare)
     off = 0.0 if lid else float((away > limit).mean())
     _warn_of_poor_fit(run, off, float(((missing > limit) & ~enclosed).mean()))
-    _warn_of_topology(run)
+    _warn_of_topology(run, lid)
     run.report(1.0, "done")
 
 
 def _warn_of_poor_fit(run: Run, unseen: float, missed: float) -> None:
     """Warn when much of the model has no data nearby, or much of the data no model nearby."""
     if unseen > MOST_UNSEEN:
-        hint = "" if run.mesh.n_holes else "; where the data is an open surface, give init='plane'"
-        warn(f"{unseen:.0%} of the model is far from any data{hint}")
+        warn(f"{unseen:.0%} of the model is far from any data")
     if missed > MOST_MISSED:
         dropped = run.data.components != "all" and run.found is not None and run.found.components_dropped
         hint = "components='all' keeps all its pieces" if dropped else "more vertices or another start may reach it"
         warn(f"{missed:.0%} of the data is far from the model; {hint}")
 
 
-def _warn_of_topology(run: Run) -> None:
-    """Warn of open data under a closed model, of missing handles, and of tangled vertices."""
+def _warn_of_topology(run: Run, lid: bool) -> None:
+    """Warn of open data under a model that has a lid or none, of missing handles, and of tangled vertices."""
     messages = []
+    if run.options.holes == "open":
+        messages.append(openness_message(run.mesh.n_holes, run.opens, run.bare if lid else 0.0))
     if run.options.holes == "auto":
         messages.append(open_data_message(run.target, run.data.points, run.mesh))
     if run.surface is not None:
@@ -183,6 +177,22 @@ def _warn_of_topology(run: Run) -> None:
         )
     for message in filter(None, messages):
         warn(message)
+
+
+def openness_message(holes: int, opens: bool, bare: float) -> str:
+    """Return a message about data found to be open or not, and a model with holes or bare lids; empty if it is closed.
+
+    Lids of models that nobody asked to open have a remedy; those of open surfaces could not be cut off.
+    """
+    if holes:
+        end = "a hole" if holes == 1 else f"{holes} holes"
+        return f"the data is an open surface: the model is kept open and ends where it does, at {end}"
+    if bare == 0.0:
+        return ""
+    closes = f"{bare:.0%} of the model's area has no data nearby: the data is open there, or its walls are too thin"
+    if opens:
+        return f"{closes}; nothing was found to cut off, more vertices may help"
+    return f"{closes}; holes='auto' leaves it open, holes='none' closes it without this warning"
 
 
 def genus_message(surface: SimplexMesh, mesh: SimplexMesh, proposals: Sequence[HandleProposal]) -> str:
@@ -211,5 +221,5 @@ def open_data_message(target: Target, points: Array, mesh: SimplexMesh) -> str:
         return ""
     return (
         "the data ends along a wide border, but the model is closed: no zone off the data was found to open "
-        f"(edges of {mean_edge(mesh):.3g}); more vertices or init='plane' may"
+        f"(edges of {mean_edge(mesh):.3g}); more vertices may"
     )

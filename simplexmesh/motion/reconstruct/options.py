@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,15 +13,16 @@ from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.density.refinement import THRESHOLDS
 from simplexmesh.motion.model.parameters import MOST_RIGID
 from simplexmesh.motion.model.state import Stage, mean_edge
-from simplexmesh.motion.reconstruct.inputs import Input
+from simplexmesh.motion.reconstruct.inputs import START_SHARE, Input
 from simplexmesh.motion.start.primitives import ENCLOSING, PRIMITIVES
 
 FEWEST_VERTICES, MOST_VERTICES = 20, 20_000_000
 """More vertices would take tens of gigabytes, and the process would be killed."""
 
-START_SHARE, FEWEST_START = 0.42, 720
-"""Fraction of the vertices in the start when refinement adds the others: 720 of 1,700, as in the thesis; and the number
-that finds holes, which a smaller model takes up to eight tenths of its vertices for."""
+FEWEST_START = 720
+"""Vertices of a start that finds holes, for which a smaller model takes up to eight tenths of its own."""
+
+REFINEMENTS = ("none", "auto", *THRESHOLDS)
 
 Choice = str | Sequence[Any] | Callable[[Any], bool]
 
@@ -38,11 +39,10 @@ class Options:
     rigidity: int
     adaptation: float | None
     placement: str | None  # "closed": adaptive but for thin bodies, and holes: their boundary strays among coarse faces
-    holes: Choice | None
+    holes: Choice | None  # "open": in open surfaces only
     handles: Choice | None
-    refine: str | None
+    refine: str | None  # "open": if holes were opened, which takes vertices
     creases: str = "auto"
-    closes: bool = field(default=False, init=False)  # open data, although nobody asked for it
 
     def __post_init__(self) -> None:
         placement, adaptation, init = self.placement, self.adaptation, checked_init(self.init)
@@ -54,8 +54,9 @@ class Options:
             placement = "even" if isinstance(init, SimplexMesh) or not adaptation else "closed"
         else:
             checks.choice("placement", placement, ("adaptive", "even"))
-        refine = primitive if self.refine is None else self.refine
-        holes = _choice("holes", self.holes, primitive)
+        by_default = "open" if init == "auto" else primitive
+        refine = by_default if self.refine is None else checks.choice("refine", self.refine, REFINEMENTS)
+        holes = _choice("holes", self.holes, by_default)
         wraps = init in ENCLOSING and isinstance(holes, str)
         handles = _choice("handles", self.handles, "auto" if wraps else "none")
         if not wraps and (callable(handles) or (handles == "auto" and init != "auto")):
@@ -73,9 +74,8 @@ class Options:
             "adaptation": adaptation,
             "placement": placement,
             "holes": holes,
-            "closes": init == "auto" and self.holes is None,
             "handles": handles,
-            "refine": checks.choice("refine", refine, ("none", "auto", *THRESHOLDS)),
+            "refine": refine,
             "creases": checks.choice("creases", self.creases, ("auto", "none")),
         }
         seals = init == "auto" or (init in ENCLOSING and not isinstance(handles, list) and handles != "none")
@@ -91,7 +91,7 @@ class Options:
     @property
     def first_vertices(self) -> int:
         """Number of vertices of the start; refinement adds the others."""
-        if self.refine == "none":
+        if self.refine in ("none", "open"):
             return self.vertices
         return max(int(START_SHARE * self.vertices), min(int(0.8 * self.vertices), FEWEST_START))
 

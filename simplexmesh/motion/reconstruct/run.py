@@ -70,6 +70,18 @@ class Run:
     strayed: int = 0
     _away: tuple[SimplexMesh, Array, Array] | None = None
 
+    @property
+    def opens(self) -> bool:
+        """Whether holes are opened where the data ends."""
+        wanted = self.options.holes
+        return wanted != "none" and (wanted != "open" or (self.found is not None and self.found.is_open))
+
+    @property
+    def refines(self) -> bool:
+        """Whether faces are divided until there are as many vertices as wanted."""
+        wanted = self.options.refine
+        return wanted != "none" and (wanted != "open" or self.mesh.n_holes > 0)
+
     @cached_property
     def points(self) -> Array:
         """(m, 3) the points of the data, drawn at random if they are very many."""
@@ -155,7 +167,7 @@ def settle(run: Run) -> None:
 def finish(run: Run) -> None:
     """Even out face sizes where refinement left others than five to seven, move to rest, and untangle."""
     last = run.stages[-1]
-    if run.options.refine != "none":
+    if run.refines:
         even = regularize(run.mesh)
         if even.swaps:
             run.mesh, run.fallback = even.mesh, None
@@ -176,6 +188,8 @@ def started(data: Input, options: Options, report: Progress) -> Run:
     elif init == "auto":
         found, target = data.start(options.vertices, options.tunnels)
         data, mesh = data.without(found), found.mesh
+        if options.holes == "none" and found.report.openness > 1:
+            raise TopologyError("the data is an open surface that no lid closes; holes='auto' leaves it open")
     else:
         found, target = _closed_start(data, options) if wraps else (None, None)
         if found is None and init != "plane":
@@ -210,13 +224,15 @@ def _apply_given_faces(run: Run) -> None:
 def _closed_start(data: Input, options: Options) -> tuple[Start, Target] | tuple[None, None]:
     """Return the automatic start of closed data; None for other data, and a user's function is told why."""
     few = options.vertices < FEWEST_WRAPPED
-    if few or border_width(data.target, data.points) >= OPEN:
-        if callable(options.handles):
-            reason = "the model has too few vertices" if few else "the data is open"
-            warn(f"no handles are looked for, as {reason}")
-        return None, None
-    try:
-        return data.start(options.vertices, options.tunnels)
-    except TopologyError as error:
-        warn(f"no handles are looked for, as the genus of the data is not known: {error}")
-        return None, None
+    if not few and border_width(data.target, data.points) < OPEN:
+        try:
+            start, target = data.start(options.vertices, options.tunnels)
+        except TopologyError as error:
+            warn(f"no handles are looked for, as the genus of the data is not known: {error}")
+            return None, None
+        if not start.report.is_open:
+            return start, target
+    if callable(options.handles):
+        reason = "the model has too few vertices" if few else "the data is open"
+        warn(f"no handles are looked for, as {reason}")
+    return None, None

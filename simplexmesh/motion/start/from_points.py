@@ -9,9 +9,10 @@ from __future__ import annotations
 import numpy as np
 
 from simplexmesh._base.arrays import Array
-from simplexmesh._base.errors import TopologyError
+from simplexmesh._base.vectors import norm
 from simplexmesh.data.points import PointCloud
-from simplexmesh.motion.start.report import Start, StartReport
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.start.report import FAR, Start, StartReport
 from simplexmesh.motion.start.solid_mesh import FEWEST, cell_size, solid_mesh
 from simplexmesh.motion.start.topology import pieces, without_cavities, without_tunnels
 from simplexmesh.numerics.kd_tree import uneven_tree
@@ -24,8 +25,8 @@ MOST_POINTS = 60_000
 COARSEST, FINEST = 128, 256
 """Cells along the longest side: time against the narrowest tunnel."""
 
-MOST_OPEN = 0.8
-"""Openness from which points bound no solid."""
+NEITHER = 0.05
+"""Mean indicator on the border of its grid up to which neither side of an open surface is more the inner one."""
 
 
 def start_from_points(
@@ -35,11 +36,8 @@ def start_from_points(
     components: str = "largest",
     tunnels: float = 0.0,
 ) -> Start:
-    """Return a closed mesh near points sampled from the surface of a solid; tunnels narrower than given are sealed."""
+    """Return a closed mesh near points of a surface; tunnels narrower than given are sealed."""
     indicator = _indicator(cloud, vertices)
-    openness = _openness(indicator)
-    if openness > MOST_OPEN:
-        raise TopologyError("points must bound a solid for init='auto', these do not; give init='plane' or 'sphere'")
     cell = indicator.grid.cell
     field = np.pad(indicator.values, 1, constant_values=-0.5)
     smallest = FEWEST / vertices * np.count_nonzero(field > 0)
@@ -48,6 +46,7 @@ def start_from_points(
     T_world_cell = np.diag([cell, cell, cell, 1.0])
     T_world_cell[:3, 3] = indicator.grid.to_world(np.full((1, 3), -1.0))[0]
     mesh, _ = solid_mesh(field, solid, T_world_cell, vertices)
+    openness = _openness(mesh, cloud.points)
     report = StartReport(indicator.grid.shape, cell, mesh.genus, mesh.n_components, sealed, dropped, openness=openness)
     return Start(mesh, report, indicator)
 
@@ -63,7 +62,7 @@ def _indicator(cloud: PointCloud, vertices: int) -> Indicator:
         found = planes(points)
         return oriented_indicator(points, found, _cell(points, found.spacing, vertices))
     out = Poisson.of(points, _cell(points, spacing_of(uneven_tree(points)), vertices)).indicator(normals)
-    return out if out.border.mean() < 0 else Indicator(out.grid, -out.values)
+    return Indicator(out.grid, -out.values) if out.border.mean() > NEITHER else out
 
 
 def _cell(points: Array, spacing: float, vertices: int) -> float:
@@ -73,11 +72,10 @@ def _cell(points: Array, spacing: float, vertices: int) -> float:
     return max(0.8 * spacing, longest / float(np.clip(cells, COARSEST, FINEST)))
 
 
-def _openness(indicator: Indicator) -> float:
-    """Return the spread of the field on the border of the grid, relative to its jump: 0 for closed surfaces."""
-    border, inside = indicator.border, indicator.values[indicator.values > 0]
-    if not len(inside):
-        return float(np.inf)
-    jump = float(np.median(inside) - np.median(border))
-    low, high = np.quantile(border, [0.05, 0.95])
-    return float((high - low) / jump) if jump > 0 else float(np.inf)
+def _openness(mesh: SimplexMesh, points: Array) -> float:
+    """Return the share of the area of a mesh that is far from all points; parts that face opposite ways count twice."""
+    c = mesh.connectivity
+    areas = (mesh.face_areas / c.face_sizes)[c.face].sum(axis=1)
+    away = uneven_tree(points).query(mesh.vertices, workers=-1)[0]
+    lids = np.where(away > FAR * norm(np.ptp(points, axis=0)), areas, 0.0)
+    return float((2 * lids.sum() - norm(lids @ mesh.normals)) / areas.sum())

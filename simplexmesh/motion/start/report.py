@@ -8,6 +8,12 @@ from simplexmesh._base.arrays import Mask
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.orientation.poisson import Indicator
 
+FAR = 0.04
+"""In diagonals of the data: beyond any noise."""
+
+MOST_OPEN = 0.25
+"""Openness from which points are of an open surface: solids that lack one side have up to 0.24, half a sphere 0.33."""
+
 
 @dataclass(frozen=True)
 class StartReport:
@@ -28,8 +34,9 @@ class StartReport:
     share_dropped : float
         Of a volume of which all pieces are wanted: the share of the samples inside on those too small for a mesh.
     openness : float
-        For points: how far they are from enclosing a solid. 0 if they do, 0.1 to 0.25 for solids scanned from all
-        sides but one, more for open surfaces.
+        For points and triangles: the share of the mesh's area that is farther from all of them than 4 % of their
+        diagonal, where parts that face opposite ways, as the lids of a tube, count twice. 0 if they enclose a solid,
+        up to 0.25 for solids scanned from all sides but one, more for open surfaces.
     """
 
     grid: tuple[int, int, int]
@@ -41,13 +48,18 @@ class StartReport:
     share_dropped: float = 0.0
     openness: float = 0.0
 
+    @property
+    def is_open(self) -> bool:
+        """Whether the data is an open surface: more than a quarter of a closed mesh would be without data."""
+        return self.openness > MOST_OPEN
+
     def __str__(self) -> str:
         parts = [f"start of genus {self.genus}", f"{self.components} components" if self.components > 1 else ""]
         parts.append(f"from a grid of {' x '.join(map(str, self.grid))} cells of {self.cell:.3g}")
         parts.append(f"{self.tunnels_removed} small tunnels sealed" if self.tunnels_removed else "")
         share = f" ({100 * self.share_dropped:.2g} % of the samples)" if self.share_dropped else ""
         parts.append(f"{self.components_dropped} smaller pieces left out{share}" if self.components_dropped else "")
-        parts.append("the data is open, the mesh closes it where there are no points" if self.openness > 0.25 else "")
+        parts.append("the data is an open surface" if self.is_open else "")
         return ", ".join(part for part in parts if part)
 
 

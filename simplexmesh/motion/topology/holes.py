@@ -149,14 +149,18 @@ def open_holes(
     limit = 2 * mean_edge(mesh) if reach is None else checks.number("reach", reach, 0.0, open_low=True)
     if limit == 0.0:
         raise ValueError("mesh must have some size, but all its vertices are at one point")
+    on_data = np.zeros(len(mesh.connectivity.face_sizes), bool)
     if zones is None:
         assert target is not None
-        found = zones_far(mesh, unseen(mesh, target, limit))
+        far = unseen(mesh, target, limit)
+        found = zones_far(mesh, far)
+        on_data = ~mesh.connectivity.face_is_hole
+        on_data[mesh.connectivity.vertex_faces[far].ravel()] = False
     else:
         found, fewest = given_zones(mesh, zones), 1
     away = np.full(mesh.n_vertices, np.nan) if target is None else _distances(mesh, target)
     areas = face_areas(mesh.vertices, mesh.connectivity.face_vertices, mesh.connectivity.face_offsets)
-    proposals = [_proposed(mesh, zone, away, areas, fewest) for zone in found]
+    proposals = [_proposed(mesh, zone, away, areas, fewest, on_data) for zone in found]
     proposals.sort(key=lambda proposal: -proposal.area)
     return _opened(mesh, [_with_decision(proposal, accept) for proposal in proposals])
 
@@ -209,7 +213,7 @@ def _distances(mesh: SimplexMesh, target: Target) -> Array:
     return np.abs(target_gaps(target, np.array(mesh.vertices), np.array(mesh.normals), np.inf))
 
 
-def _proposed(mesh: SimplexMesh, zone: Mask, away: Array, areas: Array, fewest: int) -> HoleProposal:
+def _proposed(mesh: SimplexMesh, zone: Mask, away: Array, areas: Array, fewest: int, on_data: Mask) -> HoleProposal:
     """Return the proposal of a zone, with the contours to cut along or the reason why it cannot be cut off."""
     c = mesh.connectivity
     size = int(np.count_nonzero(zone & ~c.face_is_hole))
@@ -220,6 +224,8 @@ def _proposed(mesh: SimplexMesh, zone: Mask, away: Array, areas: Array, fewest: 
         valid = cuttable(c, zone)
         if valid is None:
             reason = "it has no outline that can be cut along" if not zone.all() else "it is the whole mesh"
+        elif np.count_nonzero(valid & ~zone & on_data) > size:
+            reason = "outlines that can be cut along enclose more faces on data than without"
         else:
             zone = valid
             found = Contour.of_faces(mesh, zone)

@@ -30,12 +30,11 @@ def said(*arguments):
 def test_a_quarter_of_the_model_and_a_twentieth_of_the_data_may_be_far():
     assert said(run(), 0.24, 0.049) == []
     far, missed = said(run(), 0.26, 0.051)
-    assert far == "26% of the model is far from any data; where the data is an open surface, give init='plane'"
+    assert far == "26% of the model is far from any data"
     assert missed == "5% of the data is far from the model; more vertices or another start may reach it"
 
 
 def test_hints_are_of_what_may_help():
-    assert said(run(n_holes=1), 0.26, 0.0) == ["26% of the model is far from any data"]
     lost = "6% of the data is far from the model; components='all' keeps all its pieces"
     assert said(run(dropped=1), 0.0, 0.06) == [lost]
     for other in (run(components="all", dropped=1), run(dropped=0)):
@@ -67,6 +66,16 @@ def test_a_lid_is_over_open_points_only():
     assert not measure.has_lid(SimpleNamespace(), ball, 1.0)  # a target of the caller's own
 
 
+def test_open_data_is_told_with_what_may_help():
+    assert measure.openness_message(0, True, 0.0) == measure.openness_message(0, False, 0.0) == ""
+    assert measure.openness_message(1, True, 0.0).endswith("is kept open and ends where it does, at a hole")
+    assert measure.openness_message(2, True, 0.0).endswith("at 2 holes")
+    lid = "30% of the model's area has no data nearby: the data is open there, or its walls are too thin; "
+    remedy = "holes='auto' leaves it open, holes='none' closes it without this warning"
+    assert measure.openness_message(0, False, 0.3) == lid + remedy
+    assert measure.openness_message(0, True, 0.3) == lid + "nothing was found to cut off, more vertices may help"
+
+
 @pytest.mark.parametrize(("wanted", "accepted", "said_of"), [(0, True, False), (1, True, True), (1, False, False)])
 def test_missing_handles(wanted, accepted, said_of):
     surface = sm.torus(8, 6) if wanted else sm.sphere(3)
@@ -78,13 +87,13 @@ def test_missing_handles(wanted, accepted, said_of):
 BALL = sm.sphere(6)
 
 
-def measured(gaps, points, *, reach=0.2, layered=False, closes=False, border=False):
+def measured(gaps, points, *, reach=0.2, layered=False, holes="none", border=False):
     """What a run holds after its mesh, a ball, was measured, and the warnings."""
     gap = {"gap": staticmethod(lambda vertices, normals, reach: gaps.copy())} | ({"border": None} if border else {})
     told = []
     diagonal = np.linalg.norm(np.ptp(points, axis=0))
     run = Run(
-        options=SimpleNamespace(closes=closes, holes="none"),
+        options=SimpleNamespace(holes=holes),
         data=SimpleNamespace(points=points, diagonal=diagonal, layered=layered, components="all"),
         report=lambda share, message: told.append((share, message)),
         start=BALL,
@@ -131,13 +140,11 @@ class TestMeasuring:
         run, told = measured(gaps, BALL.vertices)
         assert run.bare == pytest.approx(0.5, abs=0.03)  # some vertices are on the equator
         assert len(told) == 1
-        assert told[0].startswith("100% of the model is far from any data; where")
-        for closes, border in ((True, False), (False, True)):
-            assert measured(gaps, BALL.vertices, closes=closes, border=border)[1] == told
-        _, lid = measured(gaps, BALL.vertices, closes=True, border=True)
-        assert len(lid) == 1
-        share = f"{run.bare:.0%} of its area has no data nearby"
-        assert f"the model closes it: {share}; holes='auto' leaves it open" in lid[0]
+        assert told == ["100% of the model is far from any data"]
+        for holes, border in (("open", False), ("none", True)):
+            assert measured(gaps, BALL.vertices, holes=holes, border=border)[1] == told
+        _, lid = measured(gaps, BALL.vertices, holes="open", border=True)
+        assert lid == [measure.openness_message(0, False, run.bare)]
 
 
 def test_nothing_is_put_back_in_what_began_far_from_the_data_or_did_not_move():

@@ -1,0 +1,108 @@
+"""Points of surfaces with a border are kept open, those of solids that lack one side are not."""
+
+import warnings
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+import simplexmesh as sm
+from simplexmesh.motion.model.state import mean_edge
+from simplexmesh.motion.start.report import MOST_OPEN, StartReport
+
+ANGLES = np.linspace(0, 2 * np.pi, 400)
+SIDES = np.linspace(-1, 1, 200)
+SQUARE = np.concatenate([[(SIDES[k], s), (s, SIDES[k])] for k in range(200) for s in (-1.0, 1.0)])
+CIRCLE = np.column_stack([np.cos(ANGLES), np.sin(ANGLES), 0 * ANGLES])
+
+
+def waves(xy):
+    return np.column_stack([xy, 0.25 * np.sin(2 * xy[:, 0]) * np.cos(2 * xy[:, 1])])
+
+
+def saddle(xy):
+    return np.column_stack([xy, 0.5 * (xy[:, 0] ** 2 - xy[:, 1] ** 2)])
+
+
+def half_ball(count, rng):
+    points = rng.normal(size=(2 * count, 3))
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    return points[points[:, 2] > 0], CIRCLE
+
+
+def tube(count, rng):
+    angle, height = rng.uniform(0, 2 * np.pi, count), rng.uniform(-1, 1, count)
+    ends = np.concatenate([CIRCLE - [0, 0, 1], CIRCLE + [0, 0, 1]])
+    return np.column_stack([np.cos(angle), np.sin(angle), height]), ends
+
+
+def sheet(shape):
+    return lambda count, rng: (shape(rng.uniform(-1, 1, (count, 2))), shape(SQUARE))
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.005])
+@pytest.mark.parametrize(
+    ("shell", "holes", "area"),
+    [
+        pytest.param(half_ball, 1, 2 * np.pi, id="half a ball"),
+        pytest.param(tube, 2, 4 * np.pi, id="tube"),
+        pytest.param(sheet(waves), 1, 4.249, id="waves"),
+        pytest.param(sheet(saddle), 1, 5.123, id="saddle"),
+    ],
+)
+def test_open_surfaces_are_kept_open(shell, holes, area, noise):
+    """The areas are those of the integrals; corners are rounded off by an edge or so."""
+    points, border = shell(6000, np.random.default_rng(5))
+    points = points + noise * np.linalg.norm(np.ptp(points, axis=0)) * np.random.default_rng(6).normal(
+        size=points.shape
+    )
+    with pytest.warns(sm.SimplexMeshWarning, match="the data is an open surface: the model is kept open"):
+        model = sm.reconstruct(points, vertices=1200)
+    mesh, c = model.mesh, model.mesh.connectivity
+    assert (mesh.n_holes, mesh.genus, mesh.n_components) == (holes, 0, 1)
+    assert mesh.n_vertices == pytest.approx(1200, rel=0.1)
+    assert mesh.area == pytest.approx(area, rel=0.05)
+    rim = mesh.vertices[c.face_is_hole[c.vertex_faces].any(axis=1)]
+    assert cKDTree(border).query(rim)[0].mean() < mean_edge(mesh)
+    assert cKDTree(rim).query(border)[0].mean() < mean_edge(mesh)
+
+
+@pytest.mark.parametrize("size", [(3, 2, 1), (1, 1, 1), (1, 1, 4)])
+def test_boxes_without_a_bottom_are_closed(size):
+    rng = np.random.default_rng(7)
+    points = np.concatenate([sides_of_box(rng, 2000)]) * size
+    with pytest.warns(sm.SimplexMeshWarning, match="of the model's area has no data nearby"):
+        model = sm.reconstruct(points, vertices=800, creases="none")
+    assert model.mesh.n_holes == 0
+    assert 0 < model.found.openness < MOST_OPEN
+    assert model.mesh.volume == pytest.approx(np.prod(size), rel=0.06)
+
+
+def sides_of_box(rng, count):
+    sides = []
+    for axis in range(3):
+        for end in (0.0, 1.0):
+            if (axis, end) != (2, 0.0):
+                sides.append(np.insert(rng.random((count, 2)), axis, end, axis=1))
+    return np.concatenate(sides)
+
+
+def test_what_is_open_is_told_by_the_start():
+    told = [str(StartReport((9, 9, 9), 0.1, 0, 1, openness=share)) for share in (MOST_OPEN, 1.01 * MOST_OPEN)]
+    assert ["open surface" in each for each in told] == [False, True]
+
+
+def test_a_sheet_cannot_be_closed():
+    points = sheet(saddle)(3000, np.random.default_rng(8))[0]
+    with pytest.raises(sm.TopologyError, match="an open surface that no lid closes; holes='auto' leaves it open"):
+        sm.reconstruct(points, vertices=600, holes="none")
+
+
+def test_normals_of_a_sheet_tell_its_outer_side():
+    points = sheet(waves)(4000, np.random.default_rng(9))[0]
+    for sign in (1.0, -1.0):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", sm.SimplexMeshWarning)
+            model = sm.reconstruct(sm.PointCloud(points, np.tile([0, 0, sign], (len(points), 1))), vertices=600)
+        assert model.mesh.n_holes == 1
+        assert sign * model.mesh.normals[:, 2].mean() > 0.8
