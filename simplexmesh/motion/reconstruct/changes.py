@@ -43,9 +43,11 @@ def change_topology(run: Run) -> None:
         _wrap(run, run.surface)
     elif run.opens:
         _open_holes(run)
+        if run.options.holes == "open":
+            _open_holes(run, edges=1.0)  # strips beside the border, too narrow before
 
 
-def _open_holes(run: Run, edges: float = 2.0, until: float = 0.4) -> None:
+def _open_holes(run: Run, edges: float = 2.0) -> None:
     """Open holes so many edges from the data and move the boundary to its border, up to three times."""
     wanted: Any = run.options.holes
     stage = replace(run.stages[-3], iterations=60)
@@ -64,7 +66,7 @@ def _open_holes(run: Run, edges: float = 2.0, until: float = 0.4) -> None:
         run.mesh, run.fallback = out.mesh, None
         if wanted == "open" and run.options.components != "all":
             run.mesh = max((piece.mesh for piece in parts(run.mesh)), key=lambda piece: piece.area)
-        run.move(stage, until=until - 0.02 * (2 - attempt))
+        run.move(stage, until=0.4 - 0.05 * (2 - attempt))
 
 
 def _near_border(target: Target, edge: float) -> Callable[[HoleProposal], bool | str]:
@@ -123,8 +125,6 @@ def refine_and_fit(run: Run) -> None:
             run.count(refined=run.mesh.n_vertices - n)
             if run.mesh.n_vertices == n:
                 break
-    if run.refines and run.options.holes == "open":
-        _open_holes(run, edges=1.0, until=0.7)  # strips beside the border, too narrow before
     run.move(fine, until=0.7)
 
 

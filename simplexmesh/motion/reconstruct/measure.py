@@ -147,7 +147,7 @@ def measure(run: Run) -> None:
     lid = run.options.holes == "open" and has_lid(run.target, mesh, run.bare)
     off = 0.0 if lid else float((away > limit).mean())
     _warn_of_poor_fit(run, off, float(((missing > limit) & ~enclosed).mean()))
-    _warn_of_topology(run, lid)
+    _warn_of_topology(run, lid=lid)
     run.report(1.0, "done")
 
 
@@ -161,11 +161,11 @@ def _warn_of_poor_fit(run: Run, unseen: float, missed: float) -> None:
         warn(f"{missed:.0%} of the data is far from the model; {hint}")
 
 
-def _warn_of_topology(run: Run, lid: bool) -> None:
+def _warn_of_topology(run: Run, *, lid: bool) -> None:
     """Warn of open data under a model that has a lid or none, of missing handles, and of tangled vertices."""
     messages = []
     if run.options.holes == "open":
-        messages.append(openness_message(run.mesh.n_holes, run.opens, run.bare if lid else 0.0))
+        messages.append(openness_message(run.mesh.n_holes, run.bare if lid else 0.0, opens=run.opens))
     if run.options.holes == "auto":
         messages.append(open_data_message(run.target, run.data.points, run.mesh))
     if run.surface is not None:
@@ -179,7 +179,7 @@ def _warn_of_topology(run: Run, lid: bool) -> None:
         warn(message)
 
 
-def openness_message(holes: int, opens: bool, bare: float) -> str:
+def openness_message(holes: int, bare: float, *, opens: bool) -> str:
     """Return a message about data found to be open or not, and a model with holes or bare lids; empty if it is closed.
 
     Lids of models that nobody asked to open have a remedy; those of open surfaces could not be cut off.

@@ -81,13 +81,15 @@ def reconstruct(
         than 4.5 edges on average.
     holes : {"auto", "none"}, callable or sequence of arrays of int
         Whether holes are opened where the data ends: "auto" (the default for primitives), "none", those that a
-        function of a `HoleProposal` accepts, or the zones given, by the faces of the start.
+        function of a `HoleProposal` accepts, or the zones given, by the faces of the start. By default ``init="auto"``
+        opens them in open surfaces only, those whose `found.openness` is above a quarter.
     handles : {"auto", "none"}, callable or sequence of pairs of int
         Whether handles are added to a sphere or ellipsoid (with `holes` "auto" or "none"; the default there), or those
         that a function of a `HandleProposal` accepts; or the pairs of faces of any start to join.
     refine : {"none", "auto", "coarse", "medium", "fine"}
-        Refinement of faces that bend or are far from the data: "auto" (the default for primitives) begins with fewer
-        vertices and uses all of `vertices`, the others stop at their threshold or at `vertices`.
+        Refinement of faces that bend or are far from the data: "auto" (the default for primitives, and where holes
+        are opened) begins with fewer vertices and uses all of `vertices`, the others stop at their threshold or at
+        `vertices`.
     creases : {"auto", "none"}
         Whether the model gets the sharp edges of the data along its own edges, where the data tells them from what is
         round: "auto" looks for them in closed models of points, triangles and levels of volumes, "none" leaves all

@@ -12,7 +12,7 @@ FAR = 0.04
 """In diagonals of the data: beyond any noise."""
 
 MOST_OPEN = 0.25
-"""Openness from which points are of an open surface: solids that lack one side have up to 0.24, half a sphere 0.33."""
+"""Openness from which points are of an open surface: solids that lack one side have less unless they are flat, half a sphere 0.3."""
 
 
 @dataclass(frozen=True)

@@ -67,13 +67,13 @@ def test_a_lid_is_over_open_points_only():
 
 
 def test_open_data_is_told_with_what_may_help():
-    assert measure.openness_message(0, True, 0.0) == measure.openness_message(0, False, 0.0) == ""
-    assert measure.openness_message(1, True, 0.0).endswith("is kept open and ends where it does, at a hole")
-    assert measure.openness_message(2, True, 0.0).endswith("at 2 holes")
+    assert measure.openness_message(0, 0.0, opens=True) == measure.openness_message(0, 0.0, opens=False) == ""
+    assert measure.openness_message(1, 0.0, opens=True).endswith("is kept open and ends where it does, at a hole")
+    assert measure.openness_message(2, 0.0, opens=True).endswith("at 2 holes")
     lid = "30% of the model's area has no data nearby: the data is open there, or its walls are too thin; "
     remedy = "holes='auto' leaves it open, holes='none' closes it without this warning"
-    assert measure.openness_message(0, False, 0.3) == lid + remedy
-    assert measure.openness_message(0, True, 0.3) == lid + "nothing was found to cut off, more vertices may help"
+    assert measure.openness_message(0, 0.3, opens=False) == lid + remedy
+    assert measure.openness_message(0, 0.3, opens=True) == lid + "nothing was found to cut off, more vertices may help"
 
 
 @pytest.mark.parametrize(("wanted", "accepted", "said_of"), [(0, True, False), (1, True, True), (1, False, False)])
@@ -144,7 +144,7 @@ class TestMeasuring:
         for holes, border in (("open", False), ("none", True)):
             assert measured(gaps, BALL.vertices, holes=holes, border=border)[1] == told
         _, lid = measured(gaps, BALL.vertices, holes="open", border=True)
-        assert lid == [measure.openness_message(0, False, run.bare)]
+        assert lid == [measure.openness_message(0, run.bare, opens=False)]
 
 
 def test_nothing_is_put_back_in_what_began_far_from_the_data_or_did_not_move():

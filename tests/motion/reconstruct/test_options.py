@@ -25,24 +25,24 @@ def options(**given):
 @pytest.mark.parametrize(
     ("given", "expected"),
     [
-        ({}, ("auto", 0.05, "closed", "none", "none", "none", True)),
-        ({"init": "sphere"}, ("largest", 0.05, "closed", "auto", "auto", "auto", False)),
-        ({"init": "ellipsoid", "holes": "none"}, ("largest", 0.05, "closed", "none", "auto", "auto", False)),
-        ({"init": "sphere", "holes": [[1]]}, ("largest", 0.05, "closed", [[1]], "none", "auto", False)),
-        ({"init": "torus"}, ("largest", 0.05, "closed", "auto", "none", "auto", False)),
-        ({"init": BALL}, ("largest", 0.05, "even", "none", "none", "none", False)),
-        ({"init": BALL, "placement": "adaptive"}, ("largest", 0.05, "adaptive", "none", "none", "none", False)),
-        ({"placement": "even"}, ("auto", 0.0, "even", "none", "none", "none", True)),
-        ({"placement": "even", "adaptation": 0.2}, ("auto", 0.2, "even", "none", "none", "none", True)),
-        ({"adaptation": 0.0}, ("auto", 0.0, "even", "none", "none", "none", True)),
-        ({"holes": "auto", "components": "all"}, ("all", 0.05, "closed", "auto", "none", "none", False)),
-        ({"refine": "fine", "handles": "auto"}, ("auto", 0.05, "closed", "none", "auto", "fine", True)),
-        ({"handles": np.array([[3, 4]])}, ("auto", 0.05, "closed", "none", [[3, 4]], "none", True)),
+        ({}, ("auto", 0.05, "closed", "open", "none", "open")),
+        ({"init": "sphere"}, ("largest", 0.05, "closed", "auto", "auto", "auto")),
+        ({"init": "ellipsoid", "holes": "none"}, ("largest", 0.05, "closed", "none", "auto", "auto")),
+        ({"init": "sphere", "holes": [[1]]}, ("largest", 0.05, "closed", [[1]], "none", "auto")),
+        ({"init": "torus"}, ("largest", 0.05, "closed", "auto", "none", "auto")),
+        ({"init": BALL}, ("largest", 0.05, "even", "none", "none", "none")),
+        ({"init": BALL, "placement": "adaptive"}, ("largest", 0.05, "adaptive", "none", "none", "none")),
+        ({"placement": "even"}, ("auto", 0.0, "even", "open", "none", "open")),
+        ({"placement": "even", "adaptation": 0.2}, ("auto", 0.2, "even", "open", "none", "open")),
+        ({"adaptation": 0.0}, ("auto", 0.0, "even", "open", "none", "open")),
+        ({"holes": "auto", "components": "all"}, ("all", 0.05, "closed", "auto", "none", "open")),
+        ({"refine": "fine", "handles": "auto"}, ("auto", 0.05, "closed", "open", "auto", "fine")),
+        ({"handles": np.array([[3, 4]])}, ("auto", 0.05, "closed", "open", [[3, 4]], "open")),
     ],
 )
 def test_what_is_not_said_follows_from_what_is(given, expected):
     found = options(**given)
-    names = ("components", "adaptation", "placement", "holes", "handles", "refine", "closes")
+    names = ("components", "adaptation", "placement", "holes", "handles", "refine")
     values = [getattr(found, name) for name in names]
     values[4] = [row.tolist() for row in values[4]] if isinstance(values[4], list) else values[4]
     assert tuple(values) == expected
