@@ -1,4 +1,4 @@
-"""Sphinx configuration; before each build the demos draw the pictures of the gallery."""
+"""Sphinx configuration; before each build the demos draw the pictures of the gallery, and a notebook's cell is run."""
 
 import importlib.util
 import os
@@ -65,6 +65,14 @@ def draw_gallery(app):
         page.write_text(text, encoding="utf-8")
 
 
+def run_cell(app):
+    """Run the cell of the page of notebooks, and write what it shows."""
+    page, shown, left = Path(app.srcdir) / "notebook.md", Path(app.srcdir) / "gallery" / "notebook.html", {}
+    if not shown.exists() or shown.stat().st_mtime < page.stat().st_mtime:
+        exec(page.read_text(encoding="utf-8").split("```python\n")[1].split("```")[0], left)
+        shown.write_text(left["model"]._repr_html_(), encoding="utf-8")
+
+
 def loaded(script):
     """Import a demo as a module."""
     spec = importlib.util.spec_from_file_location(script.stem, script)
@@ -75,3 +83,4 @@ def loaded(script):
 
 def setup(app):
     app.connect("builder-inited", draw_gallery)
+    app.connect("builder-inited", run_cell)
