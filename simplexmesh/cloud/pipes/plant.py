@@ -53,6 +53,8 @@ class Plant(Pipes):
         Line of each point of the cloud, -1 for those of none.
     unit : str or None
         Unit of length of the cloud, if it is known.
+    cylinders : tuple of Cylinder
+        Those of the cloud that no line follows: vessels, and pieces shorter than three radii or of few points.
 
     Examples
     --------
@@ -67,6 +69,7 @@ class Plant(Pipes):
     tees: tuple[PipeElement, ...]
     labels: Indices
     unit: str | None = None
+    cylinders: tuple[Cylinder, ...] = ()
 
     def __repr__(self) -> str:
         lines, elements = len(self.lines), len(self.elements)
@@ -130,7 +133,15 @@ def extract_pipes(
         scene = extract_primitives(data, rng=generator, progress=part_of(report, 0.0, PRIMITIVES))
         plant = _plant(data, scene, limits, reach, generator, part_of(report, PRIMITIVES, 1.0))
         report(1.0, "following pipes")
-    return plant
+    return replace(plant, cylinders=tuple(_left_over(scene, plant.labels, limits)))
+
+
+def _left_over(scene: Extraction, lines: Indices, limits: tuple[float, float]) -> Iterator[Cylinder]:
+    """Yield the cylinders of a scene most of whose points are of no line."""
+    for k, each in enumerate(scene.primitives):
+        wanted = isinstance(each, Cylinder) and limits[0] <= each.radius <= limits[1]
+        if wanted and (lines[scene.labels == k] < 0).mean() > 0.5:
+            yield cast(Cylinder, each)
 
 
 def _plant(

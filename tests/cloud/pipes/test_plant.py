@@ -67,6 +67,16 @@ def test_a_branch_meets_its_run_exactly():
     assert apart(next(line for line in plant.lines if line.chain.radii[0] < 0.8), plant.lines[0]) < 1e-9
 
 
+def test_cylinders_too_short_for_lines_are_told():
+    rng = np.random.default_rng(3)
+    pipe, vessel = chain_of([[0, 0, 0], [20, 0, 0]], [], 1.0), chain_of([[5, 12, 0], [5, 12, 9]], [], 4.0)
+    points = np.concatenate([sampled(each, rng, density, 0.02)[0] for each, density in ((pipe, 15), (vessel, 240))])
+    plant = sm.extract_pipes(points)
+    (line,), (shell,) = plant.lines, plant.cylinders
+    assert_allclose([line.chain.radii[0], shell.radius, np.ptp(shell.extent[1])], [1, 4, 9], rtol=0.02)
+    assert sm.extract_pipes(points, radius=(0.5, 2)).cylinders == ()
+
+
 @pytest.mark.parametrize("length", [8.0, 26.0])
 def test_a_branch_as_wide_as_its_run_does_not_turn_into_it(length):
     rng = np.random.default_rng(2)
