@@ -25,7 +25,7 @@ def main(size="large"):
     coarse = sm.sphere(5, radius=1.1 * radius, center=center)
     for far, rigidity, iterations in ((2.0, 6, 100), (0.4, 6, 100), (0.16, 1, 300)):
         model = sm.DeformableModel(coarse, target, reach=far * radius, rigidity=rigidity)
-        for _ in model.run(iterations):
+        for _ in model.run(iterations, warnings=False):  # that it stays outside is what is refined below
             pass
         coarse = model.mesh
     film = [coarse]

@@ -276,7 +276,10 @@ class TestDeviation:
             (lambda: sm.deviation(BALL, BALL, reach=0), "reach must be above 0, not 0"),
             (lambda: sm.deviation(np.full((4, 3), np.nan), BALL), "source must be finite; source[0, 0] is nan"),
             (lambda: sm.deviation(np.zeros((4, 2)), BALL), "source must have shape (*, 3), not (4, 2)"),
-            (lambda: sm.deviation(sm.Volume(np.ones((4, 4, 4))), BALL), "source must be a mesh or points, not Volume"),
+            (
+                lambda: sm.deviation(sm.Volume(np.ones((4, 4, 4))), BALL),
+                "source must be a mesh or points, not Volume, of which reconstruct makes a surface",
+            ),
         ],
     )
     def test_bad_input_is_refused(self, call, words):

@@ -17,6 +17,9 @@ from simplexmesh.cloud.pipes import _kernels_chain
 LEAST_ANGLE = 1e-4
 """Of a corner with a bend, in radians: below it the direction of the bend's plane is lost to rounding."""
 
+MOST_ANGLE = np.radians(170)
+"""Of a bend that is fitted, or at an end: at half a turn its corner is at infinity."""
+
 SHORTEST = 1e-6
 """Length of a straight, in radii, that is none."""
 
@@ -257,7 +260,8 @@ class Chain:
         room_after, room_before = (np.maximum(chain.lengths / 2, chain.lengths - x) for x in (before, after))
         if not self.closed:
             room_after[0] = room_before[-1] = np.inf
-        share = np.minimum(np.minimum(room_after[:-1], room_before[1:]) / np.maximum(reaches, 1e-300), 1.0)
+        room = np.minimum(np.minimum(room_after[:-1], room_before[1:]), reaches)
+        share = np.divide(room, reaches, out=np.ones_like(reaches), where=reaches > 0)
         corners, changes = chain.corners.copy(), chain.changes.copy()
         if len(bends) and not self.closed:
             first, last = np.maximum((reaches * share)[[0, -1]] * (1 + 1e-9) - self.lengths[[0, -1]], 0.0)

@@ -8,14 +8,11 @@ import numpy as np
 
 from simplexmesh._base.vectors import dot, norm, normalized, tangents
 from simplexmesh.cloud.fitting.refine import WITHIN
-from simplexmesh.cloud.pipes.chain import Chain
+from simplexmesh.cloud.pipes.chain import MOST_ANGLE, Chain
 from simplexmesh.cloud.pipes.refining import LOOSE, SUPERFLUOUS, cheaper, near_surface
 from simplexmesh.cloud.pipes.tolerances import BAND, SHORT
 from simplexmesh.cloud.pipes.tracing._kernels_tracing import STEP
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
-
-MOST_ANGLE = np.radians(170)
-"""Of a bend at an end: at half a turn its corner is at infinity."""
 
 LAST_BENDS = np.geomspace(0.3, 3.0, 8)
 """Lengths of last bends that are tried, in radii; longer ones are traced."""

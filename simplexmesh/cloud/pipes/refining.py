@@ -11,7 +11,7 @@ from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import cross, dot, norm
 from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.cloud.fitting.solver import solve
-from simplexmesh.cloud.pipes.chain import Chain
+from simplexmesh.cloud.pipes.chain import MOST_ANGLE, Chain
 from simplexmesh.cloud.pipes.tolerances import BAND, FACING, SLIGHT
 from simplexmesh.cloud.pipes.tracing._kernels_tracing import STEP
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
@@ -64,8 +64,10 @@ def held(around: Surroundings, chain: Chain) -> Mask:
 
 
 def fitted(around: Surroundings, chain: Chain, points: Array, loss_scale: float) -> Chain:
-    """Return the chain of least distance from points."""
-    return solve(chain, points, fixed=held(around, chain), loss_scale=loss_scale, tolerance=TOLERANCE)
+    """Return the chain of least distance from points; as it is where it would fold up."""
+    found = solve(chain, points, fixed=held(around, chain), loss_scale=loss_scale, tolerance=TOLERANCE)
+    turned = (dot(found.directions, chain.directions) < 0.5).any()
+    return chain if turned or (found.angles > np.maximum(MOST_ANGLE, chain.angles)).any() else found
 
 
 def covariance_of(chain: Chain, points: Array, loss_scale: float, fixed: Mask) -> Array:

@@ -28,18 +28,28 @@ SEEN = np.array([1.0, 4.0])
 
 
 def without_loops(found: FeatureNetwork, side: float) -> FeatureNetwork:
-    """Return a network without lines that keep beside a sharper one between the same nodes, or beside their node."""
-    kept: dict[frozenset[int], list[Array]] = {}
+    """Return a network without lines that run beside a sharper one between its nodes, or stay beside their node."""
+    groups: dict[frozenset[int], list[int]] = {}
+    for k, line in enumerate(found.lines):
+        groups.setdefault(frozenset(line.vertices[[0, 0 if line.closed else -1]].tolist()), []).append(k)
     gone = []
-    for k, line in sorted(enumerate(found.lines), key=lambda each: -float(each[1].angle.mean())):
-        nodes = frozenset(line.vertices[[0, 0 if line.closed else -1]].tolist())
-        samples = CreaseLine(line.points, line.closed, 0.0).samples(0.2 * side)[0]
-        others = kept.setdefault(nodes, [samples[:1]] if len(nodes) == 1 else [])
-        if any((cKDTree(other).query(samples)[0] < BESIDE * side).all() for other in others):
-            gone.append(k)
-        else:
-            others.append(samples)
+    for nodes, group in groups.items():
+        kept: list[Array] = [found.lines[group[0]].points[:1]] if len(nodes) == 1 else []
+        if len(kept) + len(group) < 2:
+            continue
+        for k in sorted(group, key=lambda k: -float(found.lines[k].angle.mean())):
+            line = found.lines[k]
+            samples = CreaseLine(line.points, line.closed, 0.0).samples(0.2 * side)[0]
+            if any(_apart(samples, other) < BESIDE * side for other in kept):
+                gone.append(k)
+            else:
+                kept.append(samples)
     return found.without(*gone) if gone else found
+
+
+def _apart(one: Array, other: Array) -> float:
+    """Return the Hausdorff distance of two sets of points (k, 3)."""
+    return float(max(cKDTree(a).query(b)[0].max() for a, b in ((one, other), (other, one))))
 
 
 def joined(lines: Sequence[CreaseLine], side: float) -> list[CreaseLine]:
