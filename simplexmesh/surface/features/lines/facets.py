@@ -40,7 +40,8 @@ class Facets(NamedTuple):
     @property
     def sides(self) -> Array:
         """(t, 3): lengths."""
-        return norm(self.vertices[self.faces] - self.vertices[np.roll(self.faces, 1, axis=1)])
+        corners = self.vertices[self.faces]
+        return norm(corners - corners[:, [2, 0, 1]])
 
     @property
     def qualities(self) -> Array:

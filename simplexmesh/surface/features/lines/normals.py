@@ -84,9 +84,10 @@ def _filtered(facets: Facets, noise: float, exact: Mask, offsets: Indices, membe
     width = np.bincount(owner, apart * areas) / np.maximum(np.bincount(owner, areas), 1e-300)
     weights = areas * np.exp(-0.5 * (apart / np.maximum(width[owner], 1e-300)) ** 2)
     alike = 0.1 + 0.85 * noise / np.sqrt((facets.scales**2).mean())
-    total = np.maximum(np.bincount(owner, areas), 1e-300)
-    limits = PURE + 4 * np.bincount(owner, areas * facets.variances[members]) / total
-    limits = limits if facets.simplified else np.ones_like(limits)
+    limits = np.ones(len(facets.faces))
+    if facets.simplified:
+        explained = np.bincount(owner, areas * facets.variances[members])
+        limits = PURE + 4 * explained / np.maximum(np.bincount(owner, areas), 1e-300)
     normals, averaged = facets.normals.copy(), np.empty_like(facets.normals)
     means, guides, spreads = np.empty_like(normals), np.empty_like(normals), np.empty(len(normals))
     for _ in range(ROUNDS):
