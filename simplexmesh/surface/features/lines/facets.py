@@ -37,6 +37,28 @@ class Facets(NamedTuple):
     variances: Array
     """(t,): of the components of a normal along the surface, from the noise of the corners."""
 
+    @property
+    def sides(self) -> Array:
+        """(t, 3): lengths."""
+        corners = self.vertices[self.faces]
+        return norm(corners - corners[:, [2, 0, 1]])
+
+    @property
+    def qualities(self) -> Array:
+        """(t,): 1 if equilateral, 0 if without area."""
+        return 4 * np.sqrt(3) * self.areas / np.maximum((self.sides**2).sum(axis=1), 1e-300)
+
+    @property
+    def simplified(self) -> bool:
+        """Whether triangles are as large as the shape lets them be, so that neighbors tell little of their normals."""
+        known = np.sqrt(self.variances) @ self.areas < KNOWN * self.areas.sum()
+        return bool(known and self.qualities.mean() < SIMPLIFIED)
+
+    @property
+    def tilts(self) -> Array:
+        """(t,): deviation of the components of a normal along the surface, for one of 1 of the corners."""
+        return np.sqrt((self.sides**2).sum(axis=1) / np.maximum(8 * self.areas**2, 1e-200))
+
 
 def measured(vertices: Array, faces: Indices, mates: Indices) -> Facets:
     """Return the facets of triangles, with zeros for what triangles around them and the noise tell."""
@@ -86,6 +108,12 @@ def _step(vertices: Array) -> float:
     counts = known / step
     return step if np.abs(counts - np.round(counts)).max() < 0.05 else 0.0
 
+
+SIMPLIFIED = 0.68
+"""Mean quality of triangles: that of scans is more, also with noise of a third of an edge, of simplified ones less."""
+
+KNOWN = 0.25
+"""In radians, the deviation of normals in the mean over the surface: those of small triangles with noise have more."""
 
 FINEST = 1e-6
 """Step of coordinates, over their range, that is looked for: single precision has about as many digits."""
