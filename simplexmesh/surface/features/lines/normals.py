@@ -46,7 +46,7 @@ def sampled(vertices: Array, faces: Indices, mates: Indices) -> tuple[Facets, fl
     ring = patches(faces, len(vertices), facets.centers, 0.0, everywhere)
     owner, counts = np.repeat(np.arange(len(faces)), np.diff(ring[0])), np.diff(ring[0])
     scales = np.sqrt(4 / np.sqrt(3) * np.bincount(owner, facets.areas[ring[1]]) / counts)
-    facets = facets._replace(scales=scales, variances=noise**2 * facets.tilts**2)
+    facets = facets.seen(noise, scales)
     even = np.bincount(owner, facets.qualities[ring[1]]) / counts >= EVEN
     height = 2 * facets.areas / np.maximum(facets.sides.max(axis=1), 1e-300)
     exact = (~even | _in_planes(facets, noise, *ring)) & (np.sqrt(2) * noise < EXACT * height)
