@@ -26,6 +26,8 @@ def decimate(surface: Any, *, vertices: int | None = None, tolerance: float | No
     Genus, components and holes are kept. Faces never merge with holes; merging two on a boundary costs the squared
     distance of their parts of it from a line.
 
+    `simplify` keeps triangles, some of the given vertices, and creases; it bounds the distance of the given vertices.
+
     Parameters
     ----------
     surface : SimplexMesh, TriangleMesh, PyVista or trimesh object, or path

@@ -182,7 +182,7 @@ class Run:
         return pipes, tori
 
 
-def runs(work: Working, primitives: list[Primitive], members: list[Indices], bends: list[Bend]) -> list[Run]:
+def runs(points: Array, primitives: list[Primitive], members: list[Indices], bends: list[Bend]) -> list[Run]:
     """Return the pipes that bends join, from one end to the other."""
     at: dict[int, list[int]] = {}
     for k, bend in enumerate(bends):
@@ -197,12 +197,12 @@ def runs(work: Working, primitives: list[Primitive], members: list[Indices], ben
             pipe = bends[ways[0]].second if bends[ways[0]].first == pipe else bends[ways[0]].first
             pipes.append(pipe)
         if order:
-            out.append(run(work, primitives, members, pipes, order, [bends[k] for k in order]))
+            out.append(run(points, primitives, members, pipes, order, [bends[k] for k in order]))
     return out
 
 
 def run(
-    work: Working,
+    points: Array,
     primitives: list[Primitive],
     members: list[Indices],
     pipes: list[int],
@@ -214,7 +214,7 @@ def run(
     for first, k in ((True, pipes[0]), (False, pipes[-1])):
         corner = corners[0] if first else corners[-1]
         axis = primitives[k]._pose[1]
-        heights = (work.points[members[k]] - corner) @ axis
+        heights = (points[members[k]] - corner) @ axis
         far = heights[np.argmax(np.abs(heights))]
         end = corner + far * axis
         corners = [end, *corners] if first else [*corners, end]

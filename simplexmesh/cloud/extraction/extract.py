@@ -11,7 +11,7 @@ from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.progress import Progress, reporting
 from simplexmesh.cloud.extraction.finishing import described, labeled
-from simplexmesh.cloud.extraction.joint import Parts, together
+from simplexmesh.cloud.extraction.joint import Parts, refit, together
 from simplexmesh.cloud.extraction.patches import LEAST, Limits
 from simplexmesh.cloud.extraction.result import Extraction
 from simplexmesh.cloud.extraction.search import found_one_by_one
@@ -125,11 +125,12 @@ def extract_primitives(
         )
         found = found_one_by_one(work, limits, generator, report)
         report(0.8, "seeing all together")
-        state = together(work, found, limits, generator)
+        state = together(work, found, limits)
         report(0.9, "labelling all points")
-        labels = labeled(work, state, unit)
+        state.labels = labeled(work, state, unit)
+        refit(unit, state, work.noise)
         report(1.0, "labelling all points")
-    return _finished(given, work, state, labels, inverse, middle, size, generator)
+    return _finished(given, work, state, inverse, middle, size, generator)
 
 
 def _limits(kinds: Sequence[str], low: float, high: float) -> Limits:
@@ -151,14 +152,13 @@ def _finished(
     cloud: PointCloud,
     work: Working,
     state: Parts,
-    labels: Indices,
     inverse: Indices,
     middle: Array,
     size: float,
     rng: np.random.Generator,
 ) -> Extraction:
     """Return primitives in the cloud's own unit, those of the most points first, with how they were fitted."""
-    labels = labels[inverse]
+    labels = state.labels[inverse]
     counts = np.bincount(labels[labels >= 0], minlength=len(state.primitives))
     order = np.argsort(-counts, kind="stable")
     order = order[counts[order] > 0]

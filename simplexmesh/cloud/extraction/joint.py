@@ -11,10 +11,11 @@ from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.cloud.extraction._kernels_growth import settle
 from simplexmesh.cloud.extraction.bends import Bend, Run, proposed, runs
-from simplexmesh.cloud.extraction.growth import DECISIVE, FITTED, ROUNDS, Grown, fits, thinned
-from simplexmesh.cloud.extraction.patches import Limits, refined
+from simplexmesh.cloud.extraction.growth import DECISIVE, ROUNDS, Grown, fits
+from simplexmesh.cloud.extraction.patches import Limits
 from simplexmesh.cloud.extraction.working import Working
 from simplexmesh.cloud.fitting.refine import WITHIN
+from simplexmesh.cloud.fitting.solver import solve
 from simplexmesh.data.primitives import Primitive
 
 NONE = WITHIN**2 / 2
@@ -51,7 +52,7 @@ class Parts:
         return [order[a:b] for a, b in pairwise(cuts)]
 
 
-def together(work: Working, found: list[Grown], limits: Limits, rng: np.random.Generator) -> Parts:
+def together(work: Working, found: list[Grown], limits: Limits) -> Parts:
     """Return primitives, with bends between pipes, and labels of the points."""
     labels = np.full(len(work.points), -1)
     for k, each in enumerate(found):
@@ -60,7 +61,7 @@ def together(work: Working, found: list[Grown], limits: Limits, rng: np.random.G
     bends = []
     if "torus" in limits.kinds and "cylinder" in limits.kinds:
         bends = proposed(work, primitives, members, limits)
-    joined = runs(work, primitives, members, bends)
+    joined = runs(work.points, primitives, members, bends)
     noises = [*(each.noise for each in found), *([work.noise] * len(bends))]
     state = Parts([*primitives, *([None] * len(bends))], bends, labels, noises)  # type: ignore[list-item]
     for k, bend in enumerate(bends):
@@ -71,7 +72,7 @@ def together(work: Working, found: list[Grown], limits: Limits, rng: np.random.G
         settled(work, state)
         state = without_superfluous(work, state, limits)
         settled(work, state)
-        refit(work, state, rng)
+        refit(work.points, state, work.noise)
     settled(work, state)
     return without_superfluous(work, state, limits)
 
@@ -163,21 +164,17 @@ def chosen(state: Parts, kept: Mask) -> Parts:
     return Parts([state.primitives[k] for k in order], bends, place[state.labels], [state.noises[k] for k in order])
 
 
-def refit(work: Working, state: Parts, rng: np.random.Generator) -> None:
+def refit(points: Array, state: Parts, noise: float) -> None:
     """Fit all primitives to their points: pipes and bends as one, the others by themselves."""
     members = state.members()
-    joined = runs(work, state.primitives, members, state.bends)
     bound: set[int] = set()
-    for run in joined:
+    for run in runs(points, state.primitives, members, state.bends):
         numbers = [*run.pipes, *(state.first_bend + k for k in run.bends)]
-        some = np.concatenate([thinned(members[k], FITTED, rng) for k in numbers])
-        chain = refined(run.chain, work.points[some], WITHIN * work.noise)
+        own = points[np.concatenate([members[k] for k in numbers])]
+        chain = solve(run.chain, own, loss_scale=WITHIN * noise)
         put(state, replace(run, chain=chain))
-        for corner, k in zip(chain.corners[1:-1], run.bends, strict=True):
-            state.bends[k] = replace(state.bends[k], corner=corner)
-        for k, radius in zip(run.bends, chain.bend_radii, strict=True):
-            state.bends[k] = replace(state.bends[k], radius=float(radius))
+        for k, corner, radius in zip(run.bends, chain.corners[1:-1], chain.bend_radii, strict=True):
+            state.bends[k] = replace(state.bends[k], corner=corner, radius=float(radius))
         bound |= set(numbers)
     for k in set(range(len(state.primitives))) - bound:
-        some = work.points[thinned(members[k], 4 * FITTED, rng)]
-        state.primitives[k] = refined(state.primitives[k], some, WITHIN * state.noises[k])
+        state.primitives[k] = solve(state.primitives[k], points[members[k]], loss_scale=WITHIN * state.noises[k])

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import chain as chained
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -21,7 +21,7 @@ from simplexmesh.cloud.given_cloud import given_cloud
 from simplexmesh.cloud.pipes.follow import followed, line_of, on_line, radius_limits
 from simplexmesh.cloud.pipes.line import PipeElement, PipeLine, Pipes
 from simplexmesh.cloud.pipes.seeds import likely_picks
-from simplexmesh.cloud.pipes.tees import with_tees
+from simplexmesh.cloud.pipes.tees import REACH, with_tees
 from simplexmesh.cloud.pipes.tolerances import ALIKE, BAND, FEWEST, SHORT
 from simplexmesh.cloud.pipes.tracing.start import Beginning, beginning
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
@@ -53,6 +53,8 @@ class Plant(Pipes):
         Line of each point of the cloud, -1 for those of none.
     unit : str or None
         Unit of length of the cloud, if it is known.
+    cylinders : tuple of Cylinder
+        Those of the cloud that no line follows: vessels, and pieces shorter than three radii or of few points.
 
     Examples
     --------
@@ -67,6 +69,7 @@ class Plant(Pipes):
     tees: tuple[PipeElement, ...]
     labels: Indices
     unit: str | None = None
+    cylinders: tuple[Cylinder, ...] = ()
 
     def __repr__(self) -> str:
         lines, elements = len(self.lines), len(self.elements)
@@ -130,7 +133,15 @@ def extract_pipes(
         scene = extract_primitives(data, rng=generator, progress=part_of(report, 0.0, PRIMITIVES))
         plant = _plant(data, scene, limits, reach, generator, part_of(report, PRIMITIVES, 1.0))
         report(1.0, "following pipes")
-    return plant
+    return replace(plant, cylinders=tuple(_left_over(scene, plant.labels, limits)))
+
+
+def _left_over(scene: Extraction, lines: Indices, limits: tuple[float, float]) -> Iterator[Cylinder]:
+    """Yield the cylinders of a scene most of whose points are of no line."""
+    for k, each in enumerate(scene.primitives):
+        wanted = isinstance(each, Cylinder) and limits[0] <= each.radius <= limits[1]
+        if wanted and (lines[scene.labels == k] < 0).mean() > 0.5:
+            yield cast(Cylinder, each)
 
 
 def _plant(
@@ -164,17 +175,32 @@ def _plant(
 def _in_cylinders(
     scene: Extraction, kept: Indices, tree: cKDTree, origin: Array, limits: tuple[float, float], gap: float, taken: Mask
 ) -> Iterator[Beginning]:
-    """Yield beginnings in the middle of the cylinders of a scene, but for those whose points are taken."""
+    """Yield beginnings in the middle of the cylinders of a scene, but for those whose points are taken.
+
+    Runs come before their branches, which are followed on what is not taken: they would turn into runs as wide as they.
+    """
     labels = scene.labels[kept]
-    for k, each in enumerate(scene.primitives):
-        if not isinstance(each, Cylinder) or each.extent is None or taken[labels == k].mean() > 0.5:
-            continue
+    found = [(k, each) for k, each in enumerate(scene.primitives) if isinstance(each, Cylinder)]
+    for k, each in sorted(found, key=lambda pair: any(_leaves(pair[1], run) for _, run in found)):
         radius = float(np.clip(each.radius, *limits))
-        if abs(each.radius - radius) < ALIKE * radius:
-            middle = each.point + each.extent[1].mean() * each.axis - origin
+        if taken[labels == k].mean() <= 0.5 and abs(each.radius - radius) < ALIKE * radius:
             given = limits[0] == limits[1]
-            around = Surroundings(np.asarray(tree.data), radius, radius_is_given=given, noise=scene.noise)
-            yield Beginning(around, middle, each.axis, gap)
+            points = np.asarray(tree.data)[~taken]
+            around = Surroundings(points, radius, radius_is_given=given, noise=scene.noise)
+            yield Beginning(around, _ends(each).mean(axis=0) - origin, each.axis, gap)
+
+
+def _ends(pipe: Cylinder) -> Array:
+    """Return the ends (2, 3) of the axis of a fitted cylinder."""
+    heights = cast(Array, pipe.extent)[1]
+    return pipe.point + heights[:, None] * pipe.axis
+
+
+def _leaves(branch: Cylinder, run: Cylinder) -> bool:
+    """Whether an end of one cylinder is at the side of another one."""
+    ends, (start, end), r = _ends(branch), _ends(run), run.radius
+    beside = ((ends - start) @ run.axis > r) & ((end - ends) @ run.axis > r)
+    return bool((beside & (run.distance(ends) < (REACH - 1) * r)).any())
 
 
 def _picked(

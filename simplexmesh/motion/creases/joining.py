@@ -28,7 +28,7 @@ SEEN = np.array([1.0, 4.0])
 
 
 def without_loops(found: FeatureNetwork, side: float) -> FeatureNetwork:
-    """Return a network without lines that keep beside a sharper one between the same nodes, or beside their node."""
+    """Return a network without lines that run beside a sharper one between its nodes, or stay beside their node."""
     groups: dict[frozenset[int], list[int]] = {}
     for k, line in enumerate(found.lines):
         groups.setdefault(frozenset(line.vertices[[0, 0 if line.closed else -1]].tolist()), []).append(k)
@@ -40,11 +40,16 @@ def without_loops(found: FeatureNetwork, side: float) -> FeatureNetwork:
         for k in sorted(group, key=lambda k: -float(found.lines[k].angle.mean())):
             line = found.lines[k]
             samples = CreaseLine(line.points, line.closed, 0.0).samples(0.2 * side)[0]
-            if any((cKDTree(other).query(samples)[0] < BESIDE * side).all() for other in kept):
+            if any(_apart(samples, other) < BESIDE * side for other in kept):
                 gone.append(k)
             else:
                 kept.append(samples)
     return found.without(*gone) if gone else found
+
+
+def _apart(one: Array, other: Array) -> float:
+    """Return the Hausdorff distance of two sets of points (k, 3)."""
+    return float(max(cKDTree(a).query(b)[0].max() for a, b in ((one, other), (other, one))))
 
 
 def joined(lines: Sequence[CreaseLine], side: float) -> list[CreaseLine]:

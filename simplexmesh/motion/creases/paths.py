@@ -62,14 +62,14 @@ class Path:
         ]
 
 
-def traced(mesh: SimplexMesh, lines: Sequence[CreaseLine]) -> list[Path]:
-    """Return the paths of lines, of which those that find no way have none.
+def traced(mesh: SimplexMesh, lines: Sequence[CreaseLine], resolution: float) -> list[Path]:
+    """Return the paths of lines found on a surface of some resolution; those that find no way have none.
 
     Open lines with an end in common leave it in the order in which they lie around it: three by the edges of a vertex,
     n by those of n - 2 vertices. The shortest lines come first; others go along with them where there is no other way,
     and their paths are the pieces that are left.
     """
-    trace = Tracing(mesh)
+    trace = Tracing(mesh, resolution)
     at = corners(trace, lines)
     whole: dict[int, Indices] = {}
     for k in np.argsort([line.length for line in lines]).tolist():

@@ -162,7 +162,7 @@ class Scene:
 
 def _laid(scene: Scene) -> Sharpened | None:
     """Return the mesh with edges on the lines, where that does not fold it; None, with a warning, if that fails."""
-    paths = traced(scene.mesh, scene.lines)
+    paths = traced(scene.mesh, scene.lines, scene.resolution)
     if not paths:
         return None
     creased = on_paths(paths, scene.mesh.n_vertices)

@@ -42,7 +42,7 @@ def simplify(surface: Any, tolerance: float | ArrayLike, *, longest: float | Non
         The largest distance of each vertex, of the triangles, from the result, in its unit of length: four standard
         deviations of a scan's noise, say. It binds one way only: where the given surface has no vertex, the result may
         be farther from it. One wider than a wall is thick lets the wall collapse. `decimate` binds both ways, for
-        simplex meshes, and its vertices are new ones.
+        simplex meshes, and its vertices are new ones. With more than two deviations `feature_lines` finds fewer lines.
     longest : float, optional
         No edge becomes longer than this, so that vertices remain in planes and along cylinders. Default: no limit.
 

@@ -67,6 +67,29 @@ def test_a_branch_meets_its_run_exactly():
     assert apart(next(line for line in plant.lines if line.chain.radii[0] < 0.8), plant.lines[0]) < 1e-9
 
 
+def test_cylinders_too_short_for_lines_are_told():
+    rng = np.random.default_rng(3)
+    pipe, vessel = chain_of([[0, 0, 0], [20, 0, 0]], [], 1.0), chain_of([[5, 12, 0], [5, 12, 9]], [], 4.0)
+    points = np.concatenate([sampled(each, rng, density, 0.02)[0] for each, density in ((pipe, 15), (vessel, 240))])
+    plant = sm.extract_pipes(points)
+    (line,), (shell,) = plant.lines, plant.cylinders
+    assert_allclose([line.chain.radii[0], shell.radius, np.ptp(shell.extent[1])], [1, 4, 9], rtol=0.02)
+    assert sm.extract_pipes(points, radius=(0.5, 2)).cylinders == ()
+
+
+@pytest.mark.parametrize("length", [8.0, 26.0])
+def test_a_branch_as_wide_as_its_run_does_not_turn_into_it(length):
+    rng = np.random.default_rng(2)
+    run, branch = chain_of([[0, 0, 0], [20, 0, 0]], [], 1.0), chain_of([[9, 0, 0], [9, 0, length]], [], 1.0)
+    points = [sampled(each, rng, 15.0, 0.02)[0] for each in (run, branch)]
+    inside = [branch.feet(points[0]), run.feet(points[1])]
+    outside = [(feet.distance > 0) | (feet.station <= 0) for feet in inside]
+    plant = sm.extract_pipes(np.concatenate([some[fine] for some, fine in zip(points, outside, strict=True)]))
+    assert [len(line.elements) for line in plant.lines] == [1, 1]
+    (tee,) = plant.tees
+    assert_allclose(tee.start, [9, 0, 0], atol=0.05)
+
+
 def apart(one, other):
     """The distance between the axes of two straight lines."""
     across = np.cross(one.chain.directions[0], other.chain.directions[0])

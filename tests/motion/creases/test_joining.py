@@ -1,9 +1,11 @@
 """Corners of many lines, which noise shows as several of few."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from simplexmesh.motion.creases.joining import joined
+from simplexmesh.motion.creases.joining import joined, without_loops
 from simplexmesh.motion.creases.line import CreaseLine
 
 
@@ -67,3 +69,30 @@ def test_six_lines_of_four_nodes():
     places, counts = ends(joined(lines, 1.0))
     assert counts.max() == 6
     assert np.linalg.norm(places[counts.argmax()]) == pytest.approx(0, abs=0.1)
+
+
+def left_out(*courses):
+    """Which of some courses, each with its nodes and its angle, are left out at a side of 1."""
+    lines = [
+        SimpleNamespace(points=points, vertices=np.array(nodes), angle=np.array([angle]), closed=False)
+        for points, nodes, angle in courses
+    ]
+    found = without_loops(SimpleNamespace(lines=lines, without=lambda *gone: gone), 1.0)
+    return found if isinstance(found, tuple) else None
+
+
+def arc(radius, first, last):
+    turn = np.radians(np.linspace(first, last, 200))
+    return radius * np.column_stack([np.cos(turn), np.sin(turn), 0 * turn])
+
+
+def test_the_flatter_of_two_courses_goes_however_long():
+    assert left_out((arc(10, 0, 300), [1, 2], 0.3), (arc(11, 0, 300), [2, 1], 1.5)) == (0,)
+
+
+def test_a_short_piece_that_closes_a_long_line_stays():
+    assert left_out((arc(10, 5, 355), [1, 2], 1.5), (arc(10, -5, 5), [1, 2], 1.4)) is None
+
+
+def test_what_stays_beside_its_node_goes():
+    assert left_out((arc(0.5, 0, 360), [1, 1], 1.5), (arc(5, 0, 360), [1, 1], 1.5)) == (0,)

@@ -37,7 +37,7 @@ def ring(radius, height, count=90):
 
 class TestCube:
     mesh = inflated_cube()
-    paths = traced(mesh, cube_edges())
+    paths = traced(mesh, cube_edges(), 0.0)
 
     def test_all_edges_are_traced_along_edges_of_the_mesh(self):
         assert sorted(path.line for path in self.paths) == list(range(12))
@@ -77,7 +77,7 @@ class TestOctahedron:
     lines = octahedron_edges()
     ball = sm.sphere(14)
     mesh = ball.moved(ball.vertices / (np.abs(ball.vertices) ** 1.1).sum(axis=1, keepdims=True))
-    paths = traced(mesh, lines)
+    paths = traced(mesh, lines, 0.0)
 
     def test_corners_of_four_lines_are_two_vertices(self):
         ties = [path for path in self.paths if path.line < 0]
@@ -101,7 +101,7 @@ def test_lines_without_a_way_of_their_own_go_along_others():
     ball, turn = sm.sphere(12), np.linspace(0, 3, 80)
     arc = np.column_stack([np.cos(turn), np.sin(turn), 0.2 * (turn - 1.5)])
     arc = CreaseLine(arc / np.linalg.norm(arc, axis=1, keepdims=True), closed=False, angle=1.0)
-    paths = traced(ball, [ring(1.0, 0.0), arc])
+    paths = traced(ball, [ring(1.0, 0.0), arc], 0.0)
     steps = np.concatenate([np.sort(path.steps, axis=1) for path in paths])
     assert len(np.unique(steps, axis=0)) == len(steps)
     inner = np.concatenate([path.vertices if path.closed else path.vertices[1:-1] for path in paths])
@@ -112,7 +112,7 @@ def test_lines_without_a_way_of_their_own_go_along_others():
 class TestClosedLines:
     def test_a_ring_around_a_ball(self):
         ball = sm.sphere(10)
-        (path,) = traced(ball, [ring(np.sqrt(1 - 0.3**2), 0.3)])
+        (path,) = traced(ball, [ring(np.sqrt(1 - 0.3**2), 0.3)], 0.0)
         assert path.closed
         assert len(path.steps) == len(path.vertices)
         assert np.abs(ball.vertices[path.vertices][:, 2] - 0.3).max() < 0.15
@@ -120,18 +120,19 @@ class TestClosedLines:
         turns = np.diff(np.unwrap(np.arctan2(path.places[:, 1], path.places[:, 0])))
         assert np.ptp(np.sign(turns)) == 0
 
-    def test_lines_far_from_the_mesh_have_no_path(self):
-        assert traced(sm.sphere(6), [ring(3.0, 0.0)]) == []
+    def test_lines_farther_from_the_mesh_than_what_they_were_found_on_rounds_have_no_path(self):
+        assert traced(sm.sphere(6), [ring(3.0, 0.0)], 0.0) == []
+        assert len(traced(sm.sphere(6), [ring(3.0, 0.0)], 1.0)) == 1
 
     def test_an_arc_does_not_take_the_short_way(self):
         ball, turn = sm.sphere(12), np.linspace(0.1, 2 * np.pi, 90)
         arc = CreaseLine(np.column_stack([np.cos(turn), np.sin(turn), np.zeros(90)]), closed=False, angle=1.0)
-        (path,) = traced(ball, [arc])
+        (path,) = traced(ball, [arc], 0.0)
         assert np.linalg.norm(np.diff(path.places, axis=0), axis=1).sum() == pytest.approx(2 * np.pi - 0.1, abs=0.05)
 
     def test_two_rings_share_no_vertex(self):
         ball = sm.sphere(12)
-        one, two = traced(ball, [ring(0.98, 0.1), ring(0.98, -0.1)])
+        one, two = traced(ball, [ring(0.98, 0.1), ring(0.98, -0.1)], 0.0)
         assert not set(one.vertices.tolist()) & set(two.vertices.tolist())
         assert on_paths([one, two], ball.n_vertices).sum() == len(one.vertices) + len(two.vertices)
 
@@ -139,7 +140,7 @@ class TestClosedLines:
 @pytest.mark.parametrize("closed", [False, True])
 def test_pieces_are_what_is_kept(closed):
     ball = sm.sphere(8)
-    (path,) = traced(ball, [ring(1.0, 0.0)])
+    (path,) = traced(ball, [ring(1.0, 0.0)], 0.0)
     if not closed:
         (path,) = path.pieces(np.arange(ball.n_vertices) != path.vertices[3])
         assert len(path.vertices) == len(path.steps) + 1

@@ -38,7 +38,7 @@ def test_the_unit_does_not_matter_and_what_is_not_folded_stays():
 @pytest.mark.parametrize("closed", [False, True])
 def test_vertices_that_passed_each_other_are_put_in_order(closed):
     ball = sm.sphere(10)
-    (path,) = traced(ball, [ring(1.0, 0.0)])
+    (path,) = traced(ball, [ring(1.0, 0.0)], 0.0)
     if not closed:
         (path,) = path.pieces(np.arange(ball.n_vertices) != path.vertices[3])
     places = ball.vertices.copy()

@@ -152,14 +152,14 @@ class TestNormals:
         facets, offsets, members, rings = patched
         rng = np.random.default_rng(0)
         means, spreads = rng.normal(size=facets.normals.shape), rng.random(len(rings))
-        guides = np.empty_like(means)
-        _kernels_normals.fill_guides(offsets, members, means, spreads, gain, guides)
-        changed = 0
+        guides, limits, changed = np.empty_like(means), 0.3 * rng.random(len(rings)), 0
+        _kernels_normals.fill_guides(offsets, members, facets.normals, means, spreads, gain, limits, guides)
         for t, ring in enumerate(rings):
             best = min(ring, key=lambda u: spreads[u])
             best = best if spreads[best] <= gain * spreads[t] else t
             changed += best != t
-            assert_array_equal(guides[t], means[best])
+            pure = spreads[best] <= limits[best]
+            assert_array_equal(guides[t], means[best] if pure else facets.normals[t])
         assert 0 < changed < len(rings)
 
     @pytest.mark.parametrize("width", [0.1, 0.5])

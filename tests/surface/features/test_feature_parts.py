@@ -107,6 +107,20 @@ def test_zones_are_what_the_patches_are(kind, noise, right):
     assert np.mean([one == other for one, other in told]) > right
 
 
+@pytest.mark.parametrize("noise", [0.02, 0.05])
+@pytest.mark.parametrize("kind", ["aligned", "scan"])
+def test_creases_of_simplified_scans_are_found(noise, kind):
+    scores, zones = [], []
+    for name in set(SEEDS) - {"dome"}:  # round all over: its triangles stay even, as those of a scan
+        given = noisy(part(name, kind), noise, SEEDS[name])
+        network = sm.feature_lines(sm.simplify(given.mesh, 4 * noise * given.edge))
+        scores.append(crease_score(paths(network), given))
+        zones.append(len(sm.zones(network.mesh, network)) / len(given.kinds))
+    assert np.mean([each.precision for each in scores]) > 0.85
+    assert np.mean([each.recall for each in scores]) > 0.85
+    assert 0.8 < np.mean(zones) < 1.4
+
+
 def away(name, noise):
     """The median distances of a scan's points of lines, and of the vertices that these follow, from the creases."""
     given, network = found(name, "scan", noise)

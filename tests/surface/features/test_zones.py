@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import simplexmesh as sm
 from simplexmesh.surface.features.zoning.bending import bending
+from simplexmesh.surface.features.zoning.result import zoned
 from tests.surface.features.parts import noisy, tessellated
 from tests.surface.features.reference import Reference
 from tests.surface.features.scoring import rand_index
@@ -206,6 +207,13 @@ class TestEdits:
             with pytest.raises(error, match="faces"):
                 zones.without_small(faces=wrong)
 
+    def test_small_zones_go_to_the_smallest_first(self):
+        network = sm.feature_lines(pv.Plane(i_resolution=9, j_resolution=1).triangulate())
+        along = network.mesh.vertices[network.mesh.faces].mean(axis=1)[:, 0]
+        zones = zoned(network, np.repeat([0, 1, 2], [10, 2, 6])[np.argsort(np.argsort(along))])
+        assert np.bincount(zones.without_small(faces=7).labels).tolist() == [11, 7]
+        assert len(zones.without_small(faces=9)) == 1
+
     def test_grown(self, slab):
         zones = sm.zones(slab, tolerance=1.5)
         number = 2
@@ -256,6 +264,12 @@ class TestFiles:
         assert [row["triangles"] for row in told["zones"]] == np.bincount(zones.labels).tolist()
         assert [row["zones"] for row in told["boundaries"]] == [[0, 1], [0, 2]]
         assert [row["closed"] for row in told["boundaries"]] == [True, True]
+        assert [row["nodes"] for row in told["boundaries"]] == [[], []]
+        told = sm.zones(CUBE).as_dict()
+        assert len(told["nodes"]) == 8
+        for row in told["boundaries"]:
+            assert_allclose(np.array(told["nodes"])[row["nodes"]], np.array(row["points"])[[0, -1]])
+            assert_allclose(row["angle"], np.pi / 2, atol=1e-6)
 
     def test_stl(self, tmp_path):
         zones = sm.zones(CUBE)

@@ -35,12 +35,16 @@ def _guide(patch, spreads, least_gain):
 
 
 @njit(cache=True, error_model="numpy", parallel=True)
-def fill_guides(offsets, members, means, spreads, least_gain, guides):
-    """Fill the mean normal of the most consistent patch that holds each triangle, its own unless that is far better."""
+def fill_guides(offsets, members, normals, means, spreads, least_gain, limits, guides):
+    """Fill the mean normal of the most consistent patch that holds each triangle, its own unless that is far better.
+
+    Where even that differs by more than its limit, it is the triangle's normal.
+    """
     for t in prange(len(guides)):
         best = _guide(members[offsets[t] : offsets[t + 1]], spreads, least_gain)
+        pure = spreads[best] <= limits[best]
         for axis in range(3):
-            guides[t, axis] = means[best, axis]
+            guides[t, axis] = means[best, axis] if pure else normals[t, axis]
 
 
 @njit(cache=True, error_model="numpy", parallel=True)

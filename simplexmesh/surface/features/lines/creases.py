@@ -25,6 +25,9 @@ STRONG = 0.7
 STANDING_OUT = 4.0
 """Jumps in the mean of whole lines over the median of those at ordinary edges: of ripples, say, or coarse curves."""
 
+SHARP = 0.8
+"""A jump, in radians, that stands out on simplified surfaces, whose slivers along creases say little themselves."""
+
 ROUNDS = 2
 """Of finding jumps: in the second, windows see past what was none in the first."""
 
@@ -126,6 +129,8 @@ class Creases(FilteredSurface):
     def off(self) -> Mask:
         """The edges (e,) of lines that are not on their creases, on the whole, but straddled by triangles."""
         edges, out = self.edges, np.zeros(len(self.chosen), bool)
+        if edges.facets.simplified:
+            return out
         lines = edges.chains(self.chosen)
         away = norm(self.places - edges.facets.vertices[edges.ends].mean(axis=1))
         off = lines.mean(away / edges.facets.scales[edges.sides].mean(axis=1)) > OFF
@@ -143,7 +148,7 @@ def creases(vertices: Array, faces: Indices, mates: Indices, angle: float) -> Cr
     surface = FilteredSurface(Edges(facets), noise, normals, exact)
     chosen, strengths = surface.bends > min(CANDIDATE, 0.5 * angle), surface.bends
     biased = max(min(DEFAULT_ANGLE, angle), BIAS * angle)
-    least = max(biased, STANDING_OUT * _ordinary_jump(surface))
+    least = np.maximum(biased, STANDING_OUT * _ordinary_jumps(surface))
     for _ in range(ROUNDS):
         strengths = surface.jumps_at(chosen, strengths > STRONG)[0]
         chosen = chosen & (strengths > EDGE * least)
@@ -158,30 +163,38 @@ def creases(vertices: Array, faces: Indices, mates: Indices, angle: float) -> Cr
     return replace(found, chosen=chosen)
 
 
-def _ordinary_jump(surface: FilteredSurface) -> float:
-    """Return the median jump at edges whose triangles' normals are not exact, from a sample; 0 if few are such."""
-    vague = np.flatnonzero(~surface.exact[surface.edges.sides].any(axis=1))
-    if len(vague) < MANY * len(surface.bends) or not len(vague):
-        return 0.0
-    some = np.zeros(len(surface.bends), bool)
+def _ordinary_jumps(surface: FilteredSurface) -> Array:
+    """Return the jump (e,) that is ordinary: the median at edges whose triangles' normals are not exact, from a sample.
+
+    It is 0 if few are such. On simplified surfaces, where noise turns slivers by much and large triangles by little,
+    each edge has the median of jumps over that, times that, and sharp edges are no ordinary ones.
+    """
+    edges, sharp, simplified = surface.edges, surface.bends > STRONG, surface.edges.facets.simplified
+    vague = np.flatnonzero(~surface.exact[edges.sides].any(axis=1) & ~(simplified & sharp))
+    if len(vague) < MANY * len(sharp) or not len(vague):
+        return np.zeros(len(sharp))
+    some = np.zeros(len(sharp), bool)
     some[vague[:: max(1, len(vague) // SAMPLE)]] = True
-    jumps = surface.jumps_at(some, surface.bends > STRONG)[0]
-    return float(np.median(np.abs(jumps[some])))
+    jumps = np.abs(surface.jumps_at(some, sharp)[0])
+    if not simplified:
+        return np.full(len(sharp), np.median(jumps[some]))
+    tilts = norm(edges.facets.tilts[edges.sides])
+    return np.minimum(tilts * np.median(jumps[some] / tilts[some]), SHARP / STANDING_OUT)
 
 
-def _cleaned(surface: FilteredSurface, chosen: Mask, jumps: Array, least: float) -> Mask:
+def _cleaned(surface: FilteredSurface, chosen: Mask, jumps: Array, least: Array) -> Mask:
     """Return edges as clean lines: gaps closed, duplicates and crumbs gone, each line a crease on the whole."""
-    edges, scales = surface.edges, surface.scales
+    edges, scales, kept = surface.edges, surface.scales, surface.exact | surface.edges.facets.simplified
     costs = edges.lengths * np.maximum(0.1, 1 - surface.bends / np.radians(20))
     most = np.zeros(len(edges.facets.vertices))
     np.maximum.at(most, edges.ends.ravel(), np.repeat(GAP * scales, 2))
 
     def strength(lines: Chains) -> Array:
-        return lines.total(jumps * edges.lengths) / lines.total(edges.lengths) - least
+        return lines.total((jumps - least) * edges.lengths) / lines.total(edges.lengths)
 
     for bridging in (True, True, False):
         chosen = edges.without_weakest(chosen, strength)
-        chosen = edges.without_small(chosen, jumps, surface.exact)
+        chosen = edges.without_small(chosen, jumps, kept)
         chosen = edges.pruned(chosen, SHORTEST * scales)
         if bridging:
             chosen = edges.bridged(chosen, costs, most)

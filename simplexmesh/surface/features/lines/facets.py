@@ -9,6 +9,12 @@ import numpy as np
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import cross, dot, norm
 
+SIMPLIFIED = 0.68
+"""Mean quality of triangles: that of scans is more, also with noise of a third of an edge, of simplified ones less."""
+
+KNOWN = 0.25
+"""In radians, the deviation of normals in the mean over the surface: those of small triangles with noise have more."""
+
 
 class Facets(NamedTuple):
     """Triangles, matched across their edges."""
@@ -21,6 +27,9 @@ class Facets(NamedTuple):
 
     mates: Indices
     """(3t,): the half-edge opposite to `3 t + j`, from corner j to corner j + 1; -1 on a border."""
+
+    sides: Array
+    """(t, 3): lengths."""
 
     areas: Array
     """(t,)."""
@@ -37,15 +46,38 @@ class Facets(NamedTuple):
     variances: Array
     """(t,): of the components of a normal along the surface, from the noise of the corners."""
 
+    simplified: bool
+    """Whether triangles are as large as the shape lets them be, so that neighbors tell little of their normals."""
+
+    @property
+    def qualities(self) -> Array:
+        """(t,): 1 if equilateral, 0 if without area."""
+        return 4 * np.sqrt(3) * self.areas / np.maximum((self.sides**2).sum(axis=1), 1e-300)
+
+    @property
+    def tilts(self) -> Array:
+        """(t,): deviation of the components of a normal along the surface, for one of 1 of the corners."""
+        return np.sqrt((self.sides**2).sum(axis=1) / np.maximum(8 * self.areas**2, 1e-200))
+
+    def seen(self, noise: float, scales: Array) -> Facets:
+        """Return them with what the noise of their vertices and the scales (t,) around them tell."""
+        variances = noise**2 * self.tilts**2
+        known = np.sqrt(variances) @ self.areas < KNOWN * self.areas.sum()
+        simplified = bool(known and self.qualities.mean() < SIMPLIFIED)
+        return self._replace(scales=scales, variances=variances, simplified=simplified)
+
 
 def measured(vertices: Array, faces: Indices, mates: Indices) -> Facets:
     """Return the facets of triangles, with zeros for what triangles around them and the noise tell."""
     corners = vertices[faces]
+    sides = norm(corners - corners[:, [2, 0, 1]])
     vectors = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     doubled = norm(vectors)
     normals = vectors / np.where(doubled > 0, doubled, 1.0)[:, None]
     unknown = np.zeros(len(faces))
-    return Facets(vertices, faces, mates, doubled / 2, normals, corners.mean(axis=1), unknown, unknown)
+    return Facets(
+        vertices, faces, mates, sides, doubled / 2, normals, corners.mean(axis=1), unknown, unknown, simplified=False
+    )
 
 
 def vertex_noise(facets: Facets) -> float:

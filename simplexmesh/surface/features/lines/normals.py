@@ -21,6 +21,9 @@ ROUNDS = 10
 LEAST_GAIN = 0.25
 """A patch beside a triangle guides it if its normals differ so much less: else curved surfaces turn into stairs."""
 
+PURE = 0.05
+"""How much the normals of patches that guide others may differ on simplified surfaces, beside what noise explains."""
+
 EXACT = 0.005
 """In radians: normals known to a third of a degree need no neighbors ..."""
 
@@ -43,12 +46,9 @@ def sampled(vertices: Array, faces: Indices, mates: Indices) -> tuple[Facets, fl
     ring = patches(faces, len(vertices), facets.centers, 0.0, everywhere)
     owner, counts = np.repeat(np.arange(len(faces)), np.diff(ring[0])), np.diff(ring[0])
     scales = np.sqrt(4 / np.sqrt(3) * np.bincount(owner, facets.areas[ring[1]]) / counts)
-    sides = norm(vertices[faces] - vertices[np.roll(faces, 1, axis=1)])
-    squares = (sides**2).sum(axis=1)
-    facets = facets._replace(scales=scales, variances=noise**2 * squares / np.maximum(8 * facets.areas**2, 1e-300))
-    quality = 4 * np.sqrt(3) * facets.areas / np.maximum(squares, 1e-300)
-    even = np.bincount(owner, quality[ring[1]]) / counts >= EVEN
-    height = 2 * facets.areas / np.maximum(sides.max(axis=1), 1e-300)
+    facets = facets.seen(noise, scales)
+    even = np.bincount(owner, facets.qualities[ring[1]]) / counts >= EVEN
+    height = 2 * facets.areas / np.maximum(facets.sides.max(axis=1), 1e-300)
     exact = (~even | _in_planes(facets, noise, *ring)) & (np.sqrt(2) * noise < EXACT * height)
     around = patches(faces, len(vertices), facets.centers, PATCH * noise, everywhere) if noise > 0 else ring
     return facets, noise, _filtered(facets, noise, exact, *around), exact
@@ -84,11 +84,15 @@ def _filtered(facets: Facets, noise: float, exact: Mask, offsets: Indices, membe
     width = np.bincount(owner, apart * areas) / np.maximum(np.bincount(owner, areas), 1e-300)
     weights = areas * np.exp(-0.5 * (apart / np.maximum(width[owner], 1e-300)) ** 2)
     alike = 0.1 + 0.85 * noise / np.sqrt((facets.scales**2).mean())
+    limits = np.ones(len(facets.faces))
+    if facets.simplified:
+        explained = np.bincount(owner, areas * facets.variances[members])
+        limits = PURE + 4 * explained / np.maximum(np.bincount(owner, areas), 1e-300)
     normals, averaged = facets.normals.copy(), np.empty_like(facets.normals)
     means, guides, spreads = np.empty_like(normals), np.empty_like(normals), np.empty(len(normals))
     for _ in range(ROUNDS):
         _kernels_normals.fill_means(offsets, members, facets.areas, normals, means, spreads)
-        _kernels_normals.fill_guides(offsets, members, means, spreads, LEAST_GAIN, guides)
+        _kernels_normals.fill_guides(offsets, members, facets.normals, means, spreads, LEAST_GAIN, limits, guides)
         guides[exact] = facets.normals[exact]
         _kernels_normals.fill_averages(offsets, members, weights, guides, normals, alike, averaged)
         averaged[exact] = facets.normals[exact]

@@ -54,6 +54,22 @@ def dissolved(labels: Indices, gone: Mask, edges: Edges, closed: Mask) -> Indice
     return labels
 
 
+def without_small(labels: Indices, least: int, edges: Edges, closed: Mask) -> Indices:
+    """Return labels with zones of fewer triangles given to their neighbors, none before a smaller one next to it."""
+    while True:
+        counts = np.bincount(labels)
+        rank = np.empty(len(counts))
+        rank[np.argsort(counts, kind="stable")] = np.arange(len(counts))
+        one, two = labels[edges.sides].T
+        lowest = np.full(len(counts), np.inf)
+        np.minimum.at(lowest, one[one != two], rank[two[one != two]])
+        np.minimum.at(lowest, two[one != two], rank[one[one != two]])
+        gone = (counts < least) & (rank < lowest) & np.isfinite(lowest)
+        if not gone.any():
+            return labels
+        labels = dissolved(labels, gone, edges, closed)
+
+
 def smoothed(labels: Indices, edges: Edges, closed: Mask) -> Indices:
     """Return labels with single triangles exchanged where that shortens the open boundaries between zones."""
     labels = labels.copy()

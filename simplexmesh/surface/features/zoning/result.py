@@ -34,7 +34,7 @@ LEAST_INNER = 12
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Zones:
-    """A surface divided into zones, the largest first. An edit returns new zones and leaves the old ones.
+    """A surface divided into zones, the largest first. An edit returns new zones, numbered so, and leaves the old ones.
 
     Attributes
     ----------
@@ -120,7 +120,8 @@ class Zones:
     def boundaries(self) -> tuple[tuple[FeatureLine, tuple[int, int]], ...]:
         """The lines between zones and the numbers of both, "C0" where the surface has a sharp edge and "Gn" elsewhere.
 
-        A sharp edge that ends inside a zone has that zone on both sides.
+        A sharp edge that ends inside a zone has that zone on both sides. Rims of the surface, whose other side is
+        undefined, are none of them.
         """
         edges, sharp = self.network._found.edges, self.network._chosen
         pair = np.sort(self._parts[edges.sides], axis=1)
@@ -206,24 +207,16 @@ class Zones:
     def without_small(self, *, faces: int) -> Zones:
         """Return the zones without those of fewer triangles, which their neighbors take over, the smallest first.
 
+        Zones that touch no other stay. As after every edit, those left are numbered anew, the largest 0.
+
         Raises
         ------
         ValueError, TypeError
             For a count that is not a whole number of at least 1.
         """
-        least, out, stuck = checks.integer("faces", faces, 1), self, 0
-        while stuck < len(out):
-            counts = np.bincount(out._parts)
-            smallest = np.argsort(counts, kind="stable")[stuck]
-            if counts[smallest] >= least or len(out) == 1:
-                break
-            gone = np.arange(len(out)) == smallest
-            labels = edits.dissolved(out._parts, gone, out.network._found.edges, out.network._chosen)
-            if (labels == out._parts).all():  # a component of its own
-                stuck += 1
-            else:
-                out = out._with(labels)
-        return out
+        least = checks.integer("faces", faces, 1)
+        edges, sharp = self.network._found.edges, self.network._chosen
+        return self._with(edits.without_small(self._parts, least, edges, sharp))
 
     def smoothed(self) -> Zones:
         """Return the zones with shorter boundaries: single triangles change sides, never across a sharp edge."""
@@ -245,11 +238,21 @@ class Zones:
             {"kind": kind, "rms": rms if np.isfinite(rms) else None, "area": area, "triangles": n}
             for kind, rms, area, n in rows
         ]
+        ends = [[] if line.closed else line.vertices[[0, -1]].tolist() for line, _ in self.boundaries]
+        nodes = np.unique([int(v) for pair in ends for v in pair]).astype(np.int64)
         lines = [
-            {"kind": line.kind, "zones": pair, "closed": line.closed, "points": line.points.tolist()}
-            for line, pair in self.boundaries
+            {
+                "kind": line.kind,
+                "zones": pair,
+                "closed": line.closed,
+                "nodes": np.searchsorted(nodes, at).tolist(),
+                "angle": line.angle.tolist(),
+                "points": line.points.tolist(),
+            }
+            for (line, pair), at in zip(self.boundaries, ends, strict=True)
         ]
-        return {"zones": zones, "boundaries": lines, "labels": self.labels.tolist()}
+        places = self.network._places[nodes].tolist()
+        return {"zones": zones, "nodes": places, "boundaries": lines, "labels": self.labels.tolist()}
 
     def to_pyvista(self) -> pv.PolyData:
         """Return the surface and the lines between zones as PyVista's; cells have a "zone", or a "line" and a "kind".
@@ -260,7 +263,7 @@ class Zones:
         return exporting.zoned(self.mesh, self.labels, self.boundaries)
 
     def save(self, path: str | Path) -> None:
-        """Write the zones: `.vtp` (as by `to_pyvista`), `.json` (kinds, boundaries), `.stl` (one per zone).
+        """Write the zones: `.vtp` (as by `to_pyvista`), `.json` (kinds, boundaries, nodes), `.stl` (one per zone).
 
         `part.stl` becomes `part_0.stl`, `part_1.stl` and so on.
 
