@@ -12,7 +12,7 @@ FAR = 0.04
 """In diagonals of the data: beyond any noise."""
 
 MOST_OPEN = 0.25
-"""Openness from which points are of an open surface: solids that lack one side have less unless they are flat, half a sphere 0.3."""
+"""Openness from which points are of an open surface: half a sphere has 0.3, solids that lack a side have less."""
 
 
 @dataclass(frozen=True)
