@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base.errors import DivergedError, warn
 from simplexmesh.mesh.check import folded_vertices, tangled_vertices
+from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.face_geometry import face_areas
 from simplexmesh.mesh.operators.cut_join import parts
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
@@ -29,6 +30,9 @@ from simplexmesh.motion.topology.wrapping import wrapped
 
 FAR_FROM_BORDER = 6.0
 """In mean edges: holes are opened automatically only within this distance of the border of the data."""
+
+MOST_OF_FACE = 8
+"""Vertices of a hole that is no larger than a face; three faces and more, the least that is cut off, leave more."""
 
 WRAPPED, FEWEST_FOR_TUNNELS = 0.5, 1200
 """Fraction of the vertices while wrapping, the fewest that get through the holes of objects."""
@@ -64,9 +68,18 @@ def _open_holes(run: Run, edges: float = 2.0) -> None:
         if out.mesh is mesh:
             return
         run.mesh, run.fallback = out.mesh, None
-        if wanted == "open" and run.options.components != "all":
-            run.mesh = max((piece.mesh for piece in parts(run.mesh)), key=lambda piece: piece.area)
+        if wanted == "open":
+            run.mesh = _as_one_surface(out.mesh, all_parts=run.options.components == "all")
         run.move(stage, until=0.4 - 0.05 * (2 - attempt))
+
+
+def _as_one_surface(mesh: SimplexMesh, *, all_parts: bool) -> SimplexMesh:
+    """Return the largest part of a mesh, or all, with faces for holes smaller than any zone that is cut off."""
+    if not all_parts:
+        mesh = max((piece.mesh for piece in parts(mesh)), key=lambda piece: piece.area)
+    c = mesh.connectivity
+    holes = c.hole_darts[c.face_sizes[c.face.reshape(-1)[c.hole_darts]] > MOST_OF_FACE]
+    return SimplexMesh(mesh.vertices, Connectivity(c.twin, holes, c.contour_darts), mesh.data, mesh.unit)
 
 
 def _near_border(target: Target, edge: float) -> Callable[[HoleProposal], bool | str]:

@@ -174,12 +174,14 @@ def unseen(mesh: SimplexMesh, target: Target, reach: float) -> Mask:
 
 
 def zones_far(mesh: SimplexMesh, far: Mask) -> list[Mask]:
-    """Return the connected sets of faces whose vertices are all far, as masks that include adjacent holes."""
+    """Return the connected sets of faces whose vertices are all far, as masks that include adjacent holes.
+
+    Faces that only a hole connects are apart: a narrow set beside it, which cannot be cut off, leaves the others free.
+    """
     c = mesh.connectivity
-    near = np.zeros(len(c.face_sizes), bool)
+    near = c.face_is_hole.copy()
     near[c.face[~far].ravel()] = True
-    whole = face_components(c, ~near | c.face_is_hole)
-    return [zone for zone in whole if (zone & ~c.face_is_hole).any()]
+    return [with_holes_beside(c, zone) for zone in face_components(c, ~near)]
 
 
 def given_zones(mesh: SimplexMesh, zones: Iterable[ArrayLike], name: str = "zones") -> list[Mask]:

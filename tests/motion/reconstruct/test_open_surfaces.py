@@ -41,7 +41,7 @@ def sheet(shape):
     return lambda count, rng: (shape(rng.uniform(-1, 1, (count, 2))), shape(SQUARE))
 
 
-@pytest.mark.parametrize("noise", [0.0, 0.002])
+@pytest.mark.parametrize("noise", [0.0, 0.005])
 @pytest.mark.parametrize(
     ("shell", "holes", "area"),
     [
