@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices, Indices32, Mask
 from simplexmesh._base.errors import TopologyError
+from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.contours import Contour
 from simplexmesh.mesh.face_geometry import face_areas
 from simplexmesh.mesh.operators.cut_join import parts, together
@@ -21,6 +22,8 @@ from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.model.state import mean_edge
 from simplexmesh.motion.targets.protocol import Target, check_target, target_gaps
 from simplexmesh.motion.topology.face_regions import cuttable, face_components, with_holes_beside, without_islands
+
+ON_DATA = "outlines that can be cut along enclose more faces on data than without"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -162,7 +165,8 @@ def open_holes(
     areas = face_areas(mesh.vertices, mesh.connectivity.face_vertices, mesh.connectivity.face_offsets)
     proposals = [_proposed(mesh, zone, away, areas, fewest, on_data) for zone in found]
     proposals.sort(key=lambda proposal: -proposal.area)
-    return _opened(mesh, [_with_decision(proposal, accept) for proposal in proposals])
+    decided = [_with_decision(proposal, accept) for proposal in proposals]
+    return _opened(mesh, _cut_together(mesh.connectivity, decided, on_data))
 
 
 def unseen(mesh: SimplexMesh, target: Target, reach: float) -> Mask:
@@ -227,7 +231,7 @@ def _proposed(mesh: SimplexMesh, zone: Mask, away: Array, areas: Array, fewest: 
         if valid is None:
             reason = "it has no outline that can be cut along" if not zone.all() else "it is the whole mesh"
         elif np.count_nonzero(valid & ~zone & on_data) > size:
-            reason = "outlines that can be cut along enclose more faces on data than without"
+            reason = ON_DATA
         else:
             zone = valid
             found = Contour.of_faces(mesh, zone)
@@ -254,6 +258,22 @@ def refusal(answer: Any) -> str:
     if isinstance(answer, str):
         return answer or "refused by accept"
     return "" if answer else "refused by accept"
+
+
+def _cut_together(c: Connectivity, proposals: Sequence[HoleProposal], on_data: Mask) -> list[HoleProposal]:
+    """Refuse accepted zones that cannot be cut off with the larger ones unless more faces on data go as well."""
+    gone, out = np.zeros(len(on_data), bool), []
+    for proposal in proposals:
+        if proposal.accepted:
+            both = gone.copy()
+            both[proposal.faces] = True
+            off = cuttable(c, both)
+            if off is not None and np.count_nonzero(off & ~both & on_data) > len(proposal.faces):
+                proposal = replace(proposal, accepted=False, reason=ON_DATA)
+            else:
+                gone = both
+        out.append(proposal)
+    return out
 
 
 def _opened(mesh: SimplexMesh, proposals: Sequence[HoleProposal]) -> Opened:
