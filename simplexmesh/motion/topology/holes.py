@@ -101,7 +101,8 @@ def open_holes(
 
     A zone is a connected set of faces whose vertices all lack data along their normals within `reach`. Next to a
     hole, it enlarges the hole. Its outline is adjusted by a few faces to make a contour that can be cut, and groups of
-    fewer than `fewest` faces that it encloses are included.
+    fewer than `fewest` faces that it encloses are included; a zone that would take more faces with data than it has is
+    refused.
 
     Parameters
     ----------

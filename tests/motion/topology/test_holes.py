@@ -90,6 +90,23 @@ class TestOpening:
         assert (out.mesh.n_holes, out.mesh.n_components) == (1, 1)
         assert out.mesh.n_vertices < small.n_vertices
 
+    def test_faces_that_only_a_hole_connects_are_zones_apart(self):
+        ball = sm.sphere(8)
+        mesh = open_holes(ball, zones=[np.flatnonzero(centers(ball)[:, 2] < -0.8)]).mesh
+        rim = mesh.connectivity.face_is_hole[mesh.connectivity.vertex_faces].any(axis=1)
+        beside = [face for face in mesh.faces if rim[face].sum() > 1]
+        narrow = min(beside, key=lambda face: mesh.vertices[face, 0].mean())
+        lost = (mesh.vertices[:, 2] < -0.3) & (mesh.vertices[:, 0] > 0.3)
+        lost[narrow] = True
+
+        class Data:
+            gap = staticmethod(lambda vertices, normals, reach: np.where(lost, np.nan, 0.0))
+
+        out = open_holes(mesh, Data(), fewest=3)
+        assert [proposal.reason for proposal in out.proposals] == ["", "1 faces, fewer than 3"]
+        assert set(out.proposals[1].vertices) == set(narrow)
+        assert (out.mesh.n_holes, out.mesh.n_components) == (1, 1)
+
     def test_small_zones_stay_and_are_reported(self):
         data = sm.targets.Triangles(part(lambda p: p[:, 2] > -0.9))
         ball = sm.sphere(8)
