@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial import cKDTree
 
-from simplexmesh import PointCloud, TopologyError, read_points, read_triangles
+from simplexmesh import PointCloud, read_points, read_triangles
 from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.shapes import sphere
 from simplexmesh.motion.start import solid_mesh
@@ -148,10 +148,11 @@ def test_an_open_head_with_hollow_ears_starts_untangled(data_folder, vertices):
     assert not tangled_vertices(mesh).any()
 
 
-def test_points_in_a_plane_bound_no_body():
+def test_points_in_a_plane_are_an_open_surface():
     flat = np.random.default_rng(0).random((500, 3)) * [1, 1, 0]
-    with pytest.raises(TopologyError, match="init"):
-        start_from_points(PointCloud(flat), 500)
+    found = start_from_points(PointCloud(flat), 500).report
+    assert found.is_open
+    assert found.openness > 1  # no lid closes it
 
 
 def test_spacing_noise_and_areas_of_a_known_layer():
