@@ -11,8 +11,8 @@ from simplexmesh.surface.features.lines.facets import SIMPLIFIED, Facets
 REGION = 2000
 """Most edges that tell the noise of a region, to about a tenth."""
 
-VARYING = 2.0
-"""Times the noise of the whole surface: a region with more has its own; curvature passes for less."""
+VARYING, SMALLEST = 2.0, 0.08
+"""Regions with more have their own: times the whole's, of the root of a triangle's area; curvature passes for less."""
 
 
 def vertex_noise(facets: Facets) -> Array:
@@ -35,9 +35,10 @@ def vertex_noise(facets: Facets) -> Array:
         noise = max(noise, min(float(np.median(off[off < step])) / HALF_DEVIATION, step / np.sqrt(12)))
     noise, squares = noise if noise < largest else 0.0, np.full(len(half), noise**2)
     qualities = facets.qualities[sides].mean(axis=1)
+    least = max(VARYING * noise, SMALLEST / LARGEST * largest)
     for rows in _regions(facets.centers[sides].mean(axis=1)):
         low, high = np.quantile(bends[rows], [0.25, 0.75]) / HALF_DEVIATION
-        if VARYING * noise < min(-low, high) < largest and qualities[rows].mean() > SIMPLIFIED:
+        if least < min(-low, high) < largest and qualities[rows].mean() > SIMPLIFIED:
             squares[rows] = min(-low, high) ** 2
     total = np.bincount(sides.ravel(), np.repeat(squares, 2), n)
     return np.sqrt(total / np.maximum(np.bincount(sides.ravel(), minlength=n), 1))
