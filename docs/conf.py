@@ -1,7 +1,8 @@
-"""Sphinx configuration; before each build the demos draw the pictures of the gallery."""
+"""Sphinx configuration; before each build the demos draw the pictures of the gallery, and a notebook's cell is run."""
 
 import importlib.util
 import os
+import re
 import sys
 from pathlib import Path
 
@@ -65,6 +66,14 @@ def draw_gallery(app):
         page.write_text(text, encoding="utf-8")
 
 
+def run_cell(app):
+    """Run the cell of the page of notebooks, and write what it shows."""
+    page, shown, left = Path(app.srcdir) / "notebook.md", Path(app.srcdir) / "gallery" / "notebook.html", {}
+    if not shown.exists() or shown.stat().st_mtime < page.stat().st_mtime:
+        exec(page.read_text(encoding="utf-8").split("```python\n")[1].split("```")[0], left)
+        shown.write_text(left["model"]._repr_html_(), encoding="utf-8")
+
+
 def loaded(script):
     """Import a demo as a module."""
     spec = importlib.util.spec_from_file_location(script.stem, script)
@@ -73,5 +82,12 @@ def loaded(script):
     return module
 
 
+def join_names(app, what, name, obj, options, lines):
+    """Make names that share an explanation one word: of "a, b" Sphinx takes the first for the type of the second."""
+    lines[:] = [re.sub(r"^\w+(, \w+)+(?= : )", lambda names: names[0].replace(", ", ","), line) for line in lines]
+
+
 def setup(app):
+    app.connect("autodoc-process-docstring", join_names, priority=400)  # before napoleon
     app.connect("builder-inited", draw_gallery)
+    app.connect("builder-inited", run_cell)

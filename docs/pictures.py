@@ -231,6 +231,40 @@ def counts():
     return [sm.plot.looked_at(plotter, "-xz")]
 
 
+def same_voxels():
+    """An organ as the contour of PyVista, the same smoothed, and the model."""
+    frog = examples.load_frog_tissues()
+    values = (np.asarray(frog.active_scalars).reshape(frog.dimensions, order="F") == 10).astype(float)
+    grid = pv.ImageData(dimensions=frog.dimensions, spacing=frog.spacing)
+    grid["liver"] = values.ravel(order="F")
+    contour = grid.contour([0.5]).connectivity("largest")
+    model = sm.reconstruct(grid, level=0.5, vertices=4000).mesh
+    shown = {"contour": contour, "smooth_taubin": contour.smooth_taubin(), "reconstruct": model}
+    plotter = sm.plot.stage(columns=3, size=(1500, 560))
+    for column, (title, mesh) in enumerate(shown.items()):
+        plotter.subplot(0, column)
+        sm.plot.surface(
+            mesh, title=f"{title}: {len(getattr(mesh, 'points', model.vertices)):,} vertices", plotter=plotter
+        )
+    return [sm.plot.looked_at(plotter)]
+
+
+def poses():
+    """Half of a nearly symmetric part on the whole one: in another pose, and in the one found."""
+    part = sm.read(DATA / "coupling.off")
+    half = part.sampled(20_000, rng=0).points
+    along = np.ptp(half, axis=0).argmax()
+    half = half[half[:, along] > np.median(half[:, along])]
+    found = sm.register(half, part)
+    other = found.poses[0]
+    T = found.T_target_source @ np.linalg.inv(other.T_target_source)
+    there, titles = (
+        sm.PointCloud(half).transformed(other.T_target_source),
+        [f"score {p.score:.2f}" for p in (other, found)],
+    )
+    return [sm.plot.overlay(there, part, T, titles=tuple(titles), view=PARTS["coupling.off"][0])]
+
+
 def signature():
     """Signature of a whole object."""
     return [sm.plot.signature(sm.sai(DATA / "spot.obj"), fitted=True, up="y")]
@@ -335,12 +369,14 @@ def four_panels(file):
 PICTURES = {  # name: what draws it, row by row, and its width in pixels
     "adaptive": (adaptive, 1800),
     "colors": (colors, 1200),
+    "coming": (same_voxels, 1200),
     "compare": (compared, 1200),
     "features": (features, 1500),
     "frog": (demo("frog"), 1200),
     "landscape": (demo("recognition", "show_landscape"), 1080),
     "measure": (lambda: [page("measure")["picture"]], 800),
     "occlusion": (occlusion, 1500),
+    "poses": (poses, 1000),
     "primitives": (primitives, 1500),
     "print": (printed, 1200),
     "recognize": (one_recognized, 1000),

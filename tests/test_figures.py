@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import re
+from datetime import date
 from pathlib import Path
 
 import pytest
@@ -256,6 +257,8 @@ def test_what_is_stored_says_how_it_was_measured():
         else:
             assert (Path(__file__).parent / "benchmarks" / told["benchmark"]).exists()
             assert told["machine"] == "two cores"
+            assert date.fromisoformat(told["last run"]["day"])
+            assert told["last run"]["commit"]
 
 
 def test_what_is_quoted_is_called_so():

@@ -1,16 +1,19 @@
 """Figures that benchmarks print, stored with `--store` for the tests of the pages that quote them.
 
-`results/NAME.json` has the protocol in a sentence, the versions of the peers measured in the same process, and of each
-figure its unit and its values, one a seed or repetition. A part that is run again replaces its own figures only. What
-could not be run here is in `results/quoted.json`, each figure with its source and protocol. The peers that are no
-dependencies: pip install open3d small_gicp kiss-matcher pymeshlab compas_cgal robust_laplacian trimesh rtree.
+`results/NAME.json` has the protocol in a sentence, the day and the commit of the last run, the versions of the peers
+measured in the same process, and of each figure its unit and its values, one a seed or repetition. A part that is run
+again replaces its own figures only: of the others `git blame` tells the run. What could not be run here is in
+`results/quoted.json`, each figure with its source and protocol. The peers that are no dependencies: pip install open3d
+small_gicp kiss-matcher pymeshlab compas_cgal robust_laplacian trimesh rtree.
 """
 
 from __future__ import annotations
 
 import json
+import subprocess
 import sys
 from collections.abc import Sequence
+from datetime import date
 from importlib import metadata
 from pathlib import Path
 from types import ModuleType
@@ -38,6 +41,12 @@ def installed(*names: str) -> dict[str, ModuleType]:
     return found
 
 
+def commit() -> str:
+    """Return the commit checked out, "-dirty" if something differs from it."""
+    describe = ["git", "describe", "--always", "--dirty", "--exclude=*"]
+    return subprocess.run(describe, cwd=RESULTS, check=True, capture_output=True, text=True).stdout.strip()
+
+
 class Figures:
     """The figures of one run of a benchmark."""
 
@@ -62,6 +71,7 @@ class Figures:
             "benchmark": f"bench_{self.name}.py",
             "protocol": " ".join(self.protocol.split()),
             "machine": "two cores",
+            "last run": {"day": str(date.today()), "commit": commit()},
             "peers": dict(sorted((known.get("peers", {}) | peers).items())),
         }
         figures = sorted((known["figures"] | self.found).items())

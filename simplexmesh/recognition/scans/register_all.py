@@ -14,15 +14,12 @@ from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import warn
 from simplexmesh._base.progress import Progress, reporting
-from simplexmesh._base.vectors import norm
 from simplexmesh.data.conversion import as_given
 from simplexmesh.data.volume import Volume
 from simplexmesh.recognition.register.icp import about_origin, between_frames
-from simplexmesh.recognition.scans.assembly import Assembly
+from simplexmesh.recognition.scans.assembly import Assembly, Hypothesis
+from simplexmesh.recognition.scans.rivals import contradicting, rivaled, shift
 from simplexmesh.recognition.scans.scan_pairs import Scan
-
-CONTRADICTING = 10.0
-"""Shift, in root mean square distances of pairs, from which the pose of a pair alone contradicts the others."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -90,6 +87,9 @@ class Registered:
         Scans whose own normals point the other way than those of most of their group that have any.
     names : tuple of str
         What messages call the scans: names of files, or places in the list.
+    doubtful : tuple of int
+        Scans that fit the others about as well in another pose, as those of nearly symmetric objects do, so that the
+        poses may be wrong.
 
     Examples
     --------
@@ -110,6 +110,7 @@ class Registered:
     covariance: Array
     flipped: tuple[int, ...]
     names: tuple[str, ...]
+    doubtful: tuple[int, ...]
 
     @property
     def alone(self) -> tuple[int, ...]:
@@ -149,8 +150,8 @@ def register_all(scans: Sequence[Any], *, progress: bool | Progress = False) -> 
     Warns
     -----
     SimplexMeshWarning
-        Scans fit nowhere, or form several groups; normals of scans are opposite to those of the others; a pose is one
-        of several that fit as well.
+        Scans fit nowhere, or form several groups; normals of scans are opposite to those of the others; scans fit about
+        as well in another pose.
 
     References
     ----------
@@ -193,7 +194,7 @@ def registered_named(scans: Sequence[Any], names: tuple[str, ...], report: Progr
 
 
 def tell_groups(found: Registered) -> None:
-    """Warn of scans that fit nowhere, groups that do not fit each other, opposite normals and ambiguous poses."""
+    """Warn of scans that fit nowhere, groups that do not fit each other, opposite normals and doubtful poses."""
     alone = ", ".join(found.names[k] for k in found.alone)
     groups = [", ".join(found.names[k] for k in group) for group in found.groups if len(group) > 1]
     if len(groups) > 1:
@@ -203,8 +204,9 @@ def tell_groups(found: Registered) -> None:
     if found.flipped:
         flipped = ", ".join(found.names[k] for k in found.flipped)
         warn(f"normals that are opposite to those of the other scans were turned over: {flipped}")
-    for i, j in sorted({(min(e.source, e.target), max(e.source, e.target)) for e in found.edges if e.ambiguous}):
-        warn(f"{found.names[i]} and {found.names[j]} fit each other in several poses equally well: one was taken")
+    if found.doubtful:
+        doubtful = ", ".join(found.names[k] for k in found.doubtful)
+        warn(f"poses may be wrong, as scans fit the others about as well in other ones: {doubtful}")
 
 
 def names_of(scans: Sequence[Any]) -> tuple[str, ...]:
@@ -223,37 +225,29 @@ def registered(scans: list[Scan], names: tuple[str, ...], report: Progress) -> R
             poses[k] = between_frames(assembly.poses[k], scans[k].center, scans[group[0]].center, scans[0].unit)
             A = about_origin(scans[group[0]].center) @ np.diag([1.0] * 3 + [scans[0].unit] * 3)
             covariances[k] = A @ assembly.covariances[k] @ A.T
-    edges, residuals = _edges(assembly)
+    rejected = contradicting(assembly)
+    edges, residuals = _edges(assembly, rejected)
+    doubtful = rivaled(assembly, [found for found, _ in rejected])
     groups = sorted(map(tuple, assembly.groups), key=lambda group: (-len(group), group))
     flipped = tuple(k for k, scan in enumerate(scans) if scan.turned and scan.surface.given)
     return Registered(
-        checks.frozen(poses), tuple(groups), edges, checks.frozen(residuals), checks.frozen(covariances), flipped, names
-    )
+        checks.frozen(poses), tuple(groups), edges, checks.frozen(residuals), checks.frozen(covariances), flipped,
+        names, doubtful,
+    )  # fmt: skip
 
 
-def _edges(assembly: Assembly) -> tuple[tuple[ScanPair, ...], Array]:
+def _edges(assembly: Assembly, rejected: list[tuple[Hypothesis, float]]) -> tuple[tuple[ScanPair, ...], Array]:
     """Return the pairs measured, and poses found for pairs alone that contradict, with their residuals (e,)."""
     scans, edges, residuals = assembly.scans, [], []
     for (i, j), each in assembly.measured.items():
         edges.append(((i, j), each.T, each.error, each.near, True, (i, j) in assembly.ambiguous))
-        residuals.append(_shift(scans[i], each.T, assembly.relative(i, j)))
-    typical = float(np.median([each.error for each in assembly.measured.values()] or [0.0]))
-    for found in assembly.hypotheses:
-        i, j = found.pair
-        if assembly.group_of(i) is assembly.group_of(j):
-            off = _shift(scans[i], found.T, assembly.relative(i, j))
-            if off > CONTRADICTING * typical:
-                edges.append(((i, j), found.T, found.found.error, found.near, False, False))
-                residuals.append(off)
+        residuals.append(shift(scans[i], each.T, assembly.relative(i, j)))
+    for found, off in rejected:
+        edges.append((found.pair, found.T, found.found.error, found.near, False, False))
+        residuals.append(off)
     unit = scans[0].unit
     pairs = []
     for (i, j), T, error, near, accepted, ambiguous in edges:
         pose = checks.frozen(between_frames(T, scans[i].center, scans[j].center, unit))
         pairs.append(ScanPair(i, j, pose, error * unit, near, accepted, ambiguous))
     return tuple(pairs), unit * np.array(residuals)
-
-
-def _shift(scan: Scan, one: Array, other: Array) -> float:
-    """Return the root mean square distance between the points of a scan in two poses (4, 4)."""
-    difference = (one - other)[:3]
-    return float(np.sqrt((norm(scan.matched[0].points @ difference[:, :3].T + difference[:, 3]) ** 2).mean()))

@@ -30,6 +30,16 @@ def segments(folder, name):
         yield points[np.array(rows.split(), int) - 1], kind.lower(), np.array(values.split(), float).reshape(-1, 3)
 
 
+def part(folder, name):
+    """A part as a scene: all points, the number of the segment that each is of, and the segments' primitives."""
+    pieces = [points for points, _, _ in segments(folder, name)]
+    return SimpleNamespace(
+        points=np.concatenate(pieces),
+        labels=np.repeat(np.arange(len(pieces)), [len(piece) for piece in pieces]),
+        shapes=[sm.fit_primitive(piece, "any") for piece in pieces],
+    )
+
+
 @pytest.mark.data
 def test_kinds_and_parameters_of_parts(data_folder):
     right = total = 0
@@ -61,12 +71,7 @@ def test_kinds_and_parameters_of_parts(data_folder):
 @pytest.mark.data
 @pytest.mark.parametrize(("name", "least"), [("PC18", 9), ("PC42", 2)])
 def test_parts_are_found_when_nothing_is_told(data_folder, name, least):
-    parts = [points for points, _, _ in segments(data_folder, name)]
-    truth = SimpleNamespace(
-        points=np.concatenate(parts),
-        labels=np.repeat(np.arange(len(parts)), [len(part) for part in parts]),
-        shapes=[sm.fit_primitive(part, "any") for part in parts],
-    )
+    truth = part(data_folder, name)
     out = sm.extract_primitives(truth.points)
     assert len(matched(out.primitives, out.labels, truth)) >= max(least, 0.9 * len(out))
 

@@ -12,6 +12,7 @@ from simplexmesh.recognition.scans import assembly
 from simplexmesh.recognition.scans.assembly import Assembly, Hypothesis, is_sound
 from simplexmesh.recognition.scans.pose_graph import motions
 from simplexmesh.recognition.scans.register_all import _edges
+from simplexmesh.recognition.scans.rivals import contradicting
 from simplexmesh.recognition.scans.scan_pairs import Measured
 
 TRUE = motions(np.random.default_rng(0).normal(size=(5, 6)))
@@ -201,7 +202,7 @@ def test_poses_that_contradict_are_told_apart_with_their_own_error():
     group.measured[0, 1] = Measured(np.eye(4), np.eye(6), 0.01, 0.5, 1.0)
     for T in (np.eye(4), turned):
         group.hypotheses.append(Hypothesis((0, 1), SimpleNamespace(T=T, error=0.2), 0.4, True, False))
-    (right, wrong), residuals = _edges(group)
+    (right, wrong), residuals = _edges(group, contradicting(group))
     assert (right.accepted, right.error, right.overlap) == (True, 0.01, 0.5)
     assert (wrong.accepted, wrong.error, wrong.overlap) == (False, 0.2, 0.4)
     assert_allclose(wrong.T_target_source, turned)
