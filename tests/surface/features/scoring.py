@@ -112,15 +112,15 @@ def rand_index(labels, truth, areas=None):
     return 1.0 if most == chance else float((both - chance) / (most - chance))
 
 
-def kinds_told(zones, part, fewest=40, whole=0.8):
-    """What each patch of so many triangles is, and what the zone says that has most of it, and little else."""
+def kinds_told(zones, part, whole=0.8):
+    """What each patch is, and what the zone says that has most of it, and little else; None if none does."""
     out = []
     for patch, kind in part.kinds.items():
         on = part.patches == patch
         zone = np.bincount(zones.labels[on]).argmax()
         both = np.count_nonzero(on & (zones.labels == zone))
-        if on.sum() >= fewest and both > whole * max(on.sum(), np.count_nonzero(zones.labels == zone)):
-            out.append((kind, zones.kinds[zone]))
+        found = both > whole * max(on.sum(), np.count_nonzero(zones.labels == zone))
+        out.append((kind, zones.kinds[zone] if found else None))
     return out
 
 

@@ -16,11 +16,13 @@ from tests.surface.features.parts import noisy, tessellated
 from tests.surface.features.reference import Reference
 from tests.surface.features.scoring import rand_index
 from tests.surface.features.sheets import folded, mean_edge, shaken, sheet
-from tests.surface.features.solids import Solid, profile
+from tests.surface.features.solids import Solid, box, profile
 
 CUBE = sm.divided(pv.Cube().triangulate().clean(), 0.15)
 CAN = sm.divided(pv.Cylinder(resolution=48, radius=1, height=2).triangulate().clean(), 0.2)
 BALL = sm.sphere(16).triangulated("dual")
+FADING = folded(lambda x: np.clip(40 - 80 / 3 * x, 0, None))
+"""A fold of 40 degrees at x = 0 that fades to 0 where x is 1.5."""
 RING = pv.ParametricTorus(crosssectionradius=0.25, u_res=160, v_res=40).triangulate().clean()
 
 SHEETS = {
@@ -155,7 +157,7 @@ class TestBoundaries:
         assert all(one != other for line, (one, other) in zones.boundaries if line.kind == "Gn")
 
     def test_have_one_zone_on_both_sides_where_a_line_ends_in_it(self):
-        zones = sm.zones(folded(lambda x: np.clip(40 - 80 / 3 * x, 0, None)))
+        zones = sm.zones(FADING)
         assert [pair for _, pair in zones.boundaries] == [(0, 0)]
 
 
@@ -261,15 +263,27 @@ class TestFiles:
         told = json.loads((tmp_path / "zones.json").read_text())
         assert [row["kind"] for row in told["zones"]] == ["cylinder", "plane", "plane"]
         assert_allclose([row["area"] for row in told["zones"]], zones.areas)
+        assert_allclose([row["rms"] for row in told["zones"]], zones.errors)
         assert [row["triangles"] for row in told["zones"]] == np.bincount(zones.labels).tolist()
+        assert told["labels"] == zones.labels.tolist()
         assert [row["zones"] for row in told["boundaries"]] == [[0, 1], [0, 2]]
         assert [row["closed"] for row in told["boundaries"]] == [True, True]
         assert [row["nodes"] for row in told["boundaries"]] == [[], []]
-        told = sm.zones(CUBE).as_dict()
-        assert len(told["nodes"]) == 8
-        for row in told["boundaries"]:
-            assert_allclose(np.array(told["nodes"])[row["nodes"]], np.array(row["points"])[[0, -1]])
-            assert_allclose(row["angle"], np.pi / 2, atol=1e-6)
+
+    def test_json_of_lines(self, slab):
+        scanned = Reference("box", [("+", box((0, 0, 0), (1, 1, 0.8)))])
+        for body in (CUBE, tessellated(scanned, "scan", 0.05).mesh):
+            told = sm.zones(body).as_dict()
+            assert len(told["nodes"]) == 8
+            for row in told["boundaries"]:
+                assert_allclose(np.array(told["nodes"])[row["nodes"]], np.array(row["points"])[[0, -1]])
+                assert np.median(row["angle"]) == pytest.approx(np.pi / 2, abs=0.01)
+        zones = sm.zones(slab, tolerance=1.5)
+        kinds = [row["kind"] for row in zones.as_dict()["boundaries"]]
+        assert kinds == [line.kind for line, _ in zones.boundaries]
+        assert set(kinds) == {"C0", "Gn"}
+        (row,) = sm.zones(FADING).as_dict()["boundaries"]
+        assert np.corrcoef(np.array(row["points"])[:, 0], row["angle"])[0, 1] < -0.9
 
     def test_stl(self, tmp_path):
         zones = sm.zones(CUBE)

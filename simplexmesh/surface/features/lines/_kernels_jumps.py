@@ -55,14 +55,14 @@ def _beside(place, start, along):
 
 
 @njit(cache=True, error_model="numpy")
-def _radius(facets, sides, half, start, along, noise):
+def _radius(facets, sides, half, start, along):
     """Return the radius of the window on the side of a half-edge."""
     t, scale = half // 3, facets.scales[half // 3]
     radius = _beside(row(facets.centers, t), start, along)[0]
     for h in range(3 * t, 3 * t + 3):
         if h != half and facets.mates[h] >= 0 and not sides.stops[h]:
             radius = max(radius, _beside(row(facets.centers, facets.mates[h] // 3), start, along)[0])
-    radius = max(REACH * radius, WIDE * math.sqrt(noise * scale))
+    radius = max(REACH * radius, WIDE * math.sqrt(facets.noise[t] * scale))
     return radius if sides.exact[t] else radius + MARGIN * scale
 
 
@@ -77,7 +77,7 @@ def _rise(aside, up):
 
 
 @njit(cache=True, error_model="numpy")
-def _side(facets, sides, half, frame, noise, stamp, queue):
+def _side(facets, sides, half, frame, stamp, queue):
     """Return the sine of the normal's angle at the edge, the surface's height and steepness, and its distance.
 
     The `frame` is the edge's middle, the directions along and across the crease, and the mean normal. Over the window,
@@ -92,7 +92,7 @@ def _side(facets, sides, half, frame, noise, stamp, queue):
     if dot(bend, bend) < FLAT * FLAT:
         bend = 0.0, 0.0, 0.0
     inner = dot(minus(row(facets.centers, first), middle), across)
-    radius = _radius(facets, sides, half, start, along, noise)
+    radius = _radius(facets, sides, half, start, along)
     head, tail = 0, 1
     total = my = myy = ms = mys = mz = lengths = 0.0
     queue[0], stamp[first] = first, half
@@ -143,7 +143,7 @@ def _meeting(one, two, farthest):
 
 
 @njit(cache=True, error_model="numpy")
-def fill_jumps(facets, sides, edges, noise, jumps, places, directions):
+def fill_jumps(facets, sides, edges, jumps, places, directions):
     """Fill the angles (e,) by which the normal jumps at half-edges, and where the sides meet.
 
     A jump is negative where the sides, extrapolated, bend against what the filtered normals show. `places` (e, 3) are
@@ -165,8 +165,8 @@ def fill_jumps(facets, sides, edges, noise, jumps, places, directions):
         course, mean = unit(course), unit(plus(one, two, 1.0))
         across = unit(cross_product(course, mean))
         frame = plus(start, along, 0.5), course, across, mean
-        near, low, left = _side(facets, sides, half, frame, noise, stamp, queue)
-        far, high, right = _side(facets, sides, mate, frame, noise, stamp, queue)
+        near, low, left = _side(facets, sides, half, frame, stamp, queue)
+        far, high, right = _side(facets, sides, mate, frame, stamp, queue)
         if left > right:
             course = -course[0], -course[1], -course[2]
         jumps[i] = math.asin(far) - math.asin(near)

@@ -58,7 +58,6 @@ class FilteredSurface:
     """A surface with normals without the noise of its vertices."""
 
     edges: Edges
-    noise: float
     normals: Array
     """(t, 3)."""
 
@@ -97,7 +96,7 @@ class FilteredSurface:
         rows = np.flatnonzero(at)
         jumps, places, directions = np.zeros(len(at)), np.zeros((len(at), 3)), np.zeros((len(at), 3))
         filled = np.zeros(len(rows)), np.zeros((len(rows), 3)), np.zeros((len(rows), 3))
-        _kernels_jumps.fill_jumps(self.edges.facets, sides, self.edges.halves[rows], self.noise, *filled)
+        _kernels_jumps.fill_jumps(self.edges.facets, sides, self.edges.halves[rows], *filled)
         jumps[rows], places[rows], directions[rows] = filled
         return jumps, places, directions
 
@@ -105,10 +104,10 @@ class FilteredSurface:
         """Return the creases at edges that form clean lines, which no window crosses."""
         normals, beside = self.normals.copy(), np.unique(self.edges.sides[chosen])
         beside = beside[~self.exact[beside]]
-        normals[beside] = within_zones(self.edges.facets, self.noise, self.edges.zones(chosen), beside)
-        settled = FilteredSurface(self.edges, self.noise, normals, self.exact)
+        normals[beside] = within_zones(self.edges.facets, self.edges.zones(chosen), beside)
+        settled = FilteredSurface(self.edges, normals, self.exact)
         biased, *first = settled.jumps_at(chosen, chosen)
-        found = Creases(self.edges, self.noise, self.normals, self.exact, chosen, biased, biased, *first)
+        found = Creases(self.edges, self.normals, self.exact, chosen, biased, biased, *first)
         jumps, places, directions = settled.jumps_at(chosen, chosen, found.off)
         return replace(found, jumps=jumps, places=places, directions=directions)
 
@@ -144,8 +143,8 @@ class Creases(FilteredSurface):
 
 def creases(vertices: Array, faces: Indices, mates: Indices, angle: float) -> Creases:
     """Return the edges where two smooth parts of a surface meet at more than an angle."""
-    facets, noise, normals, exact = sampled(vertices, faces, mates)
-    surface = FilteredSurface(Edges(facets), noise, normals, exact)
+    facets, normals, exact = sampled(vertices, faces, mates)
+    surface = FilteredSurface(Edges(facets), normals, exact)
     chosen, strengths = surface.bends > min(CANDIDATE, 0.5 * angle), surface.bends
     biased = max(min(DEFAULT_ANGLE, angle), BIAS * angle)
     least = np.maximum(biased, STANDING_OUT * _ordinary_jumps(surface))

@@ -10,7 +10,8 @@ from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import norm, normalized
 from simplexmesh.surface.features.lines import _kernels_normals
 from simplexmesh.surface.features.lines._kernels_patches import patches
-from simplexmesh.surface.features.lines.facets import Facets, measured, vertex_noise
+from simplexmesh.surface.features.lines.facets import Facets, measured
+from simplexmesh.surface.features.lines.noise import vertex_noise
 
 PATCH = 5.0
 """Least radius of patches, in standard deviations of the noise: the mean over one errs by some 10 degrees."""
@@ -34,8 +35,8 @@ FLAT = 1e-3
 """In radians: triangles of files in single precision are in one plane to that."""
 
 
-def sampled(vertices: Array, faces: Indices, mates: Indices) -> tuple[Facets, float, Array, Mask]:
-    """Return facets, the deviation of their vertices, normals (t, 3) filtered of it, and whose are given ones (t,).
+def sampled(vertices: Array, faces: Indices, mates: Indices) -> tuple[Facets, Array, Mask]:
+    """Return facets with their noise, normals (t, 3) filtered of it, and whose are given ones (t,).
 
     Guided bilateral filtering of normals (Zhang et al. 2015): each is averaged with those whose guides, the means of
     the most consistent patches around, are alike. A triangle that straddles a crease so takes the normal of one side.
@@ -43,18 +44,18 @@ def sampled(vertices: Array, faces: Indices, mates: Indices) -> tuple[Facets, fl
     facets = measured(vertices, faces, mates)
     noise = vertex_noise(facets)
     everywhere = np.arange(len(faces))
-    ring = patches(faces, len(vertices), facets.centers, 0.0, everywhere)
+    ring = patches(faces, len(vertices), facets.centers, np.zeros(len(faces)), everywhere)
     owner, counts = np.repeat(np.arange(len(faces)), np.diff(ring[0])), np.diff(ring[0])
     scales = np.sqrt(4 / np.sqrt(3) * np.bincount(owner, facets.areas[ring[1]]) / counts)
     facets = facets.seen(noise, scales)
     even = np.bincount(owner, facets.qualities[ring[1]]) / counts >= EVEN
     height = 2 * facets.areas / np.maximum(facets.sides.max(axis=1), 1e-300)
-    exact = (~even | _in_planes(facets, noise, *ring)) & (np.sqrt(2) * noise < EXACT * height)
-    around = patches(faces, len(vertices), facets.centers, PATCH * noise, everywhere) if noise > 0 else ring
-    return facets, noise, _filtered(facets, noise, exact, *around), exact
+    exact = (~even | _in_planes(facets, *ring)) & (np.sqrt(2) * noise < EXACT * height)
+    around = patches(faces, len(vertices), facets.centers, PATCH * noise, everywhere) if noise.any() else ring
+    return facets, _filtered(facets, exact, *around), exact
 
 
-def _in_planes(facets: Facets, noise: float, offsets: Indices, members: Indices) -> Mask:
+def _in_planes(facets: Facets, offsets: Indices, members: Indices) -> Mask:
     """Return which triangles (t,) are in one plane with those next to them, and so on to one whose whole patch is.
 
     Those in one plane with others also count where no such patch is near, and all of them where none is at all, in
@@ -71,19 +72,19 @@ def _in_planes(facets: Facets, noise: float, offsets: Indices, members: Indices)
     owner, near = np.repeat(np.arange(len(pure)), np.diff(offsets)), pure
     for _ in range(2):
         near = np.bincount(owner, near[members]) > 0
-    coarse = not pure.any() and noise < FLAT * float(facets.scales.mean())
+    coarse = not pure.any() and float(facets.noise.mean()) < FLAT * float(facets.scales.mean())
     alone: Mask = ((np.bincount(labels)[labels] > 1) | coarse) & ~near
     return alone | (np.bincount(labels, pure)[labels] > 0)
 
 
-def _filtered(facets: Facets, noise: float, exact: Mask, offsets: Indices, members: Indices) -> Array:
+def _filtered(facets: Facets, exact: Mask, offsets: Indices, members: Indices) -> Array:
     """Return normals (t, 3) averaged over patches of triangles with normals alike, but for exact ones."""
     owner = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
     apart = norm(facets.centers[members] - facets.centers[owner])
     areas = facets.areas[members]
     width = np.bincount(owner, apart * areas) / np.maximum(np.bincount(owner, areas), 1e-300)
     weights = areas * np.exp(-0.5 * (apart / np.maximum(width[owner], 1e-300)) ** 2)
-    alike = 0.1 + 0.85 * noise / np.sqrt((facets.scales**2).mean())
+    alike = 0.1 + 0.85 * facets.noise / np.sqrt((facets.scales**2).mean())
     limits = np.ones(len(facets.faces))
     if facets.simplified:
         explained = np.bincount(owner, areas * facets.variances[members])
@@ -100,9 +101,9 @@ def _filtered(facets: Facets, noise: float, exact: Mask, offsets: Indices, membe
     return normals
 
 
-def within_zones(facets: Facets, noise: float, labels: Indices, at: Indices) -> Array:
+def within_zones(facets: Facets, labels: Indices, at: Indices) -> Array:
     """Return the mean normals (k, 3) of the parts of patches that are in the zones of triangles (k,)."""
-    offsets, inside = patches(facets.faces, len(facets.vertices), facets.centers, PATCH * noise, at)
+    offsets, inside = patches(facets.faces, len(facets.vertices), facets.centers, PATCH * facets.noise[at], at)
     owner = np.repeat(np.arange(len(at)), np.diff(offsets))
     weights = facets.areas[inside] * (labels[inside] == labels[at][owner])
     total = np.stack([np.bincount(owner, weights * facets.normals[inside, k], len(at)) for k in range(3)], axis=1)

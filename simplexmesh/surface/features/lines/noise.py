@@ -1,0 +1,102 @@
+"""The noise of the vertices that a surface itself shows, here and there."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simplexmesh._base.arrays import Array, Indices
+from simplexmesh._base.vectors import cross, dot, norm
+from simplexmesh.surface.features.lines.facets import SIMPLIFIED, Facets
+
+REGION = 2000
+"""Most edges that tell the noise of a region, to about a tenth."""
+
+VARYING, SMALLEST = 2.0, 0.08
+"""Regions with more have their own: times the whole's, of the root of a triangle's area; curvature passes for less."""
+
+
+def vertex_noise(facets: Facets) -> Array:
+    """Return the standard deviation (t,) of the corners of triangles along the normal, as the surface itself shows it.
+
+    The four corners at an inner edge, projected along the normal, have one affine relation. Where the surface is flat,
+    the heights in that relation, with coefficients of unit length, have the deviation of a single vertex. The seventh
+    of the edges that bends least tells it: creases and curvature bend the others more, and meshes of planes have none.
+    Rounded coordinates put many edges into one plane: there half of those tell that are off by less than the rounding.
+
+    Regions may have more: there the quartile of the bends to that side which has less tells, as curvature has one side.
+    """
+    half = np.flatnonzero(facets.mates > np.arange(facets.faces.size))
+    sides, n = np.stack([half, facets.mates[half]], axis=1) // 3, len(facets.faces)
+    bends = _bends(facets, half)
+    off, step = np.abs(bends), _step(facets.vertices)
+    noise = float(np.quantile(off, FEW)) / DEVIATION if len(off) else 0.0
+    largest = LARGEST * float(np.sqrt(facets.areas.mean()))
+    if step < largest and (off < step).any():
+        noise = max(noise, min(float(np.median(off[off < step])) / HALF_DEVIATION, step / np.sqrt(12)))
+    noise, squares = noise if noise < largest else 0.0, np.full(len(half), noise**2)
+    qualities = facets.qualities[sides].mean(axis=1)
+    least = max(VARYING * noise, SMALLEST / LARGEST * largest)
+    for rows in _regions(facets.centers[sides].mean(axis=1)):
+        low, high = np.quantile(bends[rows], [0.25, 0.75]) / HALF_DEVIATION
+        if least < min(-low, high) < largest and qualities[rows].mean() > SIMPLIFIED:
+            squares[rows] = min(-low, high) ** 2
+    total = np.bincount(sides.ravel(), np.repeat(squares, 2), n)
+    return np.sqrt(total / np.maximum(np.bincount(sides.ravel(), minlength=n), 1))
+
+
+def _bends(facets: Facets, half: Indices) -> Array:
+    """Return by how much the corners at edges (e,) are out of one plane, as a signed deviation of one."""
+    other, corners = facets.mates[half], facets.faces.ravel()
+    a, b = corners[half], corners[_after(half)]
+    c, d = corners[_after(_after(half))], corners[_after(_after(other))]
+    quads = facets.vertices[np.stack([a, b, c, d], axis=1)]
+    quads = quads - quads[:, :1]
+    normal = cross(quads[:, 1], quads[:, 2]) - cross(quads[:, 1], quads[:, 3])
+    normal /= np.maximum(norm(normal), 1e-300)[:, None]
+    area = [dot(cross(quads[:, j] - quads[:, i], quads[:, k] - quads[:, i]), normal) for i, j, k in TRIPLES]
+    relation = np.stack(area, axis=1) * [1, -1, 1, -1]
+    heights = dot(quads, normal[:, None])
+    return np.asarray((relation * heights).sum(axis=1) / np.maximum(norm(relation), 1e-300))
+
+
+def _regions(points: Array) -> list[Indices]:
+    """Return the rows of points in each of compact regions: all, halved across the longest extent; none if few."""
+    whole, out = [np.arange(len(points))] if len(points) > REGION else [], []
+    while whole:
+        rows = whole.pop()
+        apart = points[rows] - points[rows].mean(axis=0)
+        ahead = apart @ np.linalg.eigh(apart.T @ apart)[1][:, -1] > 0
+        if len(rows) <= REGION or not ahead.any():
+            out.append(rows)
+        else:
+            whole += [rows[ahead], rows[~ahead]]
+    return out
+
+
+def _step(vertices: Array) -> float:
+    """Return the length of which all differences of coordinates are multiples; 0 if there is none."""
+    known = np.unique(np.abs(vertices - vertices[:1]))
+    gaps = np.diff(known)[np.diff(known) > FINEST * known[-1]]
+    if not len(gaps):
+        return 0.0
+    step = float(known[-1] / np.round(known[-1] / gaps.min()))
+    counts = known / step
+    return step if np.abs(counts - np.round(counts)).max() < 0.05 else 0.0
+
+
+FINEST = 1e-6
+"""Step of coordinates, over their range, that is looked for: single precision has about as many digits."""
+
+LARGEST = 0.5
+"""Of the root of a triangle's area: what is more, noise or rounding, is the shape of a mesh of few triangles."""
+
+TRIPLES = ((1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2))
+"""The corners left where one of four is taken away."""
+
+FEW, DEVIATION, HALF_DEVIATION = 0.15, 0.18912, 0.67449
+"""A share, and the values below which so many and half of the absolute values of a standard normal distribution are."""
+
+
+def _after(half: Indices) -> Indices:
+    """Return the half-edges that follow others around their triangles."""
+    return half - half % 3 + (half + 1) % 3
