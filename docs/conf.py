@@ -2,6 +2,7 @@
 
 import importlib.util
 import os
+import re
 import sys
 from pathlib import Path
 
@@ -81,6 +82,12 @@ def loaded(script):
     return module
 
 
+def join_names(app, what, name, obj, options, lines):
+    """Make names that share an explanation one word: of "a, b" Sphinx takes the first for the type of the second."""
+    lines[:] = [re.sub(r"^\w+(, \w+)+(?= : )", lambda names: names[0].replace(", ", ","), line) for line in lines]
+
+
 def setup(app):
+    app.connect("autodoc-process-docstring", join_names, priority=400)  # before napoleon
     app.connect("builder-inited", draw_gallery)
     app.connect("builder-inited", run_cell)

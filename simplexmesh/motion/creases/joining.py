@@ -75,10 +75,14 @@ def joined(lines: Sequence[CreaseLine], side: float) -> list[CreaseLine]:
                     places[min(both)] = place
                     node = {end: min(both) if of in both else of for end, of in node.items()}
     out = [line for line in lines if line.closed]
-    for k, last in ends:
-        if last and (node[k, 0] != node[k, 1] or k not in short):
+    between = {i for k, last in ends for i in (node[k, 0], node[k, 1]) if node[k, 0] != node[k, 1]}
+    for k in (k for k, last in ends if last):
+        first, second = node[k, 0], node[k, 1]
+        if first == second and first not in between and k not in short:
+            out.append(lines[k]._replace(closed=True))  # closed lines that came close to one place
+        elif first != second or k not in short:
             points = lines[k].points.copy()
-            points[[0, -1]] = places[[node[k, 0], node[k, 1]]]
+            points[[0, -1]] = places[[first, second]]
             out.append(lines[k]._replace(points=points))
     return sorted(out, key=lambda line: -line.length)
 

@@ -96,3 +96,13 @@ def test_a_short_piece_that_closes_a_long_line_stays():
 
 def test_what_stays_beside_its_node_goes():
     assert left_out((arc(0.5, 0, 360), [1, 1], 1.5), (arc(5, 0, 360), [1, 1], 1.5)) == (0,)
+
+
+def test_rims_that_touch_are_closed_lines():
+    """Two rings that a short line joins, so that each seems to lead from one end of it to the other."""
+    ends = np.array([[10.0, -0.7, 0.0], [10.0, 0.7, 0.0]])
+    up = np.array([0.0, 0.0, 0.3])
+    rings = [np.vstack([ends[1], arc(10, 6, 354) + side * up, ends[0]]) for side in (-1, 1)]
+    found = joined([CreaseLine(points, closed=False, angle=1.0) for points in (*rings, ends)], 1.0)
+    assert [line.closed for line in found] == [True, True]
+    assert all(line.length == pytest.approx(20 * np.pi, rel=0.02) for line in found)
