@@ -10,6 +10,7 @@ import numpy as np
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.progress import Progress, reporting
+from simplexmesh.cloud.extraction.elbows import with_elbows
 from simplexmesh.cloud.extraction.finishing import described, labeled
 from simplexmesh.cloud.extraction.joint import Parts, refit, together
 from simplexmesh.cloud.extraction.patches import LEAST, Limits
@@ -125,6 +126,8 @@ def extract_primitives(
         )
         found = found_one_by_one(work, limits, generator, report)
         report(0.8, "seeing all together")
+        if "torus" in limits.kinds:
+            found = with_elbows(work, found, limits, generator)
         state = together(work, found, limits)
         report(0.9, "labelling all points")
         state.labels = labeled(work, state, unit)

@@ -128,6 +128,25 @@ def tapered(points: Array, around: Cylinder) -> Cone | None:
     return Cone(apex, np.sign(growth) * around.axis, float(np.arctan(abs(growth))))
 
 
+def bent(points: Array, around: Cylinder) -> Torus | None:
+    """Return the torus that a cylinder is a piece of, by how its radius all round, fitted with it, varies with height.
+
+    Unlike the line that all normals meet, it serves short arcs, whose noisy normals are met as well by lines far away.
+    """
+    u, v = tangents(around.axis)
+    x, y, z = np.stack([u, v, around.axis]) @ (points - around.point).T
+    rho = np.maximum(np.hypot(x, y), np.finfo(float).tiny)
+    waves = np.stack([x, y]) / rho
+    rows = np.concatenate([np.ones((1, len(z))), waves, waves * z, waves * z**2 / 2])
+    tube, *rest = np.linalg.lstsq(rows.T, rho, rcond=None)[0]
+    shift, tilt, curvature = np.reshape(rest, (3, 2)) @ np.stack([u, v])
+    size = float(norm(curvature))
+    if not size * LARGEST > 1 or not tube > 0:
+        return None
+    axis = normalized(cross(around.axis + tilt, curvature))
+    return Torus(around.point + shift + curvature / size**2, axis, max(1 / size, tube), float(tube))
+
+
 def torus(points: Array, normals: Array) -> Torus | None:
     """Return the torus about the line that all normals meet, with Pratt's circle in the half-plane through that."""
     found = met_axis(points, normals)

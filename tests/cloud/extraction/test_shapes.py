@@ -55,6 +55,18 @@ def test_a_cloud_without_surfaces_has_next_to_no_primitives(draw):
     assert (sm.extract_primitives(points).labels >= 0).mean() < 0.05
 
 
+@pytest.mark.parametrize(("ratio", "turn", "count"), [(2.1, 31, 20_000), (9.7, 35, 4000)])
+def test_elbows_alone_are_tori(ratio, turn, count):
+    """Their normals are met by many lines nearly as well, and pieces look like cylinders, spheres and cones."""
+    rng = np.random.default_rng(0)
+    elbow = Torus([1, 2, 3], [1, 2, 0.3], ratio, 1.0)
+    points = elbow.at(rng.uniform([0, -2], [np.radians(turn), 1.5], (count, 2)))
+    (found,) = sm.extract_primitives(points + rng.normal(0, 0.02, (count, 1)) * elbow.gradient(points)).primitives
+    assert found.kind == "torus"
+    assert abs(found.radius - ratio) < 4 * np.sqrt(found.covariance[5, 5])
+    assert abs(found.tube_radius - 1) < 4 * np.sqrt(found.covariance[6, 6])
+
+
 def test_two_layers_are_two_planes():
     rng = np.random.default_rng(0)
     flat = np.column_stack([rng.uniform(0, 1, (10_000, 2)), np.repeat([0, 0.05], 5000) + rng.normal(0, 0.003, 10_000)])

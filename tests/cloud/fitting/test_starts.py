@@ -97,6 +97,15 @@ def test_bends_of_all_spans(span, ratio):
         assert same(sm.fit_primitive(points, "torus"), solve(bend, points), 1e-3)
 
 
+@pytest.mark.parametrize("ratio", [1.5, 4.0, 10.0])
+@pytest.mark.parametrize("turn", [20, 50, 80])
+def test_cylinders_of_short_bends_turn_into_them(turn, ratio):
+    bend = P.Torus([1, 2, 3], [1, 2, 0.3], ratio, 1.0)
+    points = bend.at(np.random.default_rng(0).uniform([0, -2], [np.radians(turn), 2], (400, 2)))
+    found = starts.bent(points, sm.fit_primitive(points, "cylinder"))
+    assert same(solve(found, points), bend, 1e-5)
+
+
 def test_directions_matter_where_the_longest_axis_is_another():
     """A short wide patch, whose axis of inertia is across that of the cylinder (Chaperon 2002, figure 4.3)."""
     pipe = P.Cylinder([0, 0, 0], [0, 0, 1], 1.0)
