@@ -70,7 +70,7 @@ def _open_holes(run: Run, edges: float = 2.0) -> None:
         run.mesh, run.fallback = out.mesh, None
         if wanted == "open":
             run.mesh = _as_one_surface(out.mesh, all_parts=run.options.components == "all")
-        run.move(stage, until=0.4 - 0.05 * (2 - attempt))
+        run.move(stage, until=max(run.done, 0.3 + 0.05 * attempt))
 
 
 def _as_one_surface(mesh: SimplexMesh, *, all_parts: bool) -> SimplexMesh:
