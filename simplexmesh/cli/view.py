@@ -35,7 +35,7 @@ def command(
 ) -> None:
     """Show a file in a window; without a display, write a picture to the current folder."""
     picture = picture and report.writable(picture, "--picture", report.PICTURES, [path, *([data] if data else [])])
-    camera, upwards = report.direction(side), report.upward(up, side)
+    camera = report.camera(side, up)
 
     with deferred_interrupts() as interrupts:
         from simplexmesh import plot
@@ -43,10 +43,7 @@ def command(
         from simplexmesh.plot.stage import fit_screen
 
         shown: Any = as_data(path)
-        options: dict[str, Any] = {
-            "scalars": scalars, "level": level, "label": label, "inside": inside,
-            "unit": unit, "view": camera, "up": upwards,
-        }  # fmt: skip
+        options = {"scalars": scalars, "level": level, "label": label, "inside": inside, "unit": unit} | camera
         if data is None:
             plotter = plot.surface(shown, title=path.name, **options)
         else:

@@ -11,6 +11,7 @@ import pyvista as pv
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
+from simplexmesh._base.units import power_of_unit
 from simplexmesh.plot.camera import BAR_NAME, LEGEND_NAME
 from simplexmesh.plot.stage import INK
 
@@ -122,8 +123,8 @@ def scale(values: Array, title: str, *, diverging: bool, limits: tuple[float, fl
 
 def titled(name: str, unit: str, power: int) -> str:
     """Return the title of a scale: the name of the quantity with its unit, a power of the unit of length."""
-    spelled = {1: unit, -1: f"1/{unit}"}.get(power, "") if unit else ""
-    return f"{name} ({spelled})" if spelled else name
+    of = power_of_unit(unit, power)
+    return f"{name} ({of})" if of else name
 
 
 def bar(title: str, low: float, high: float) -> dict[str, Any]:
