@@ -59,6 +59,9 @@ class InUnits:
 
     unit: str | None
 
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(checks.frozen_state(state))
+
     def transformed(self: Self, T_target_source: Any) -> Self:
         """Return the data in the target frame of a transform."""
         raise NotImplementedError
