@@ -83,21 +83,15 @@ def closest_on_triangle(p: Vector, a: Vector, b: Vector, c: Vector) -> tuple[flo
 
 
 @njit(cache=True, error_model="numpy")
-def squared_to_triangle(points: Array, triangles: Indices, t: int, p: Vector) -> float:
-    """Return the squared distance of a point from a triangle."""
-    a, b, c = row(points, triangles[t, 0]), row(points, triangles[t, 1]), row(points, triangles[t, 2])
-    return closest_on_triangle(p, a, b, c)[0]
-
-
-@njit(cache=True, error_model="numpy")
 def are_covered(points: Array, triangles: Indices, corners: Array, near: Indices, limit: Array) -> Mask:
     """Return which triangles, given by their corners (p, 3, 3), one of those `near` (p, 3) is near at all corners."""
     out = np.zeros(limit.size, np.bool_)
     for i in range(limit.size):
         for t in near[i]:
+            a, b, c = row(points, triangles[t, 0]), row(points, triangles[t, 1]), row(points, triangles[t, 2])
             largest = 0.0
             for j in range(3):
-                largest = max(largest, squared_to_triangle(points, triangles, t, row(corners[i], j)))
+                largest = max(largest, closest_on_triangle(row(corners[i], j), a, b, c)[0])
             out[i] |= largest <= limit[i] ** 2
     return out
 
