@@ -56,8 +56,8 @@ def divided(surface: Any, longest: float | None = None) -> TriangleMesh:
         longest = mesh.diagonal / EDGES_PER_DIAGONAL
     longest = checks.number("longest", longest, 0.0, open_low=True)
     vertices, faces, data = np.asarray(mesh.vertices), np.asarray(mesh.faces), mesh.data
-    limits = (_shortest(mesh), f"for at most {MAX_FACES:,} faces"), (_resolution(vertices), "at coordinates this large")
-    for least, why in limits:
+    resolved = 4 * float(np.spacing(np.abs(vertices).max()))  # a shorter edge may have no midpoint but its ends
+    for least, why in (_shortest(mesh), f"for at most {MAX_FACES:,} faces"), (resolved, "at coordinates this large"):
         if longest < least:
             raise ValueError(f"longest must be at least {least:.3g} {why}, not {longest:g}")
     while True:
@@ -77,11 +77,6 @@ def _shortest(mesh: TriangleMesh) -> float:
     sides = norm((mesh.vertices[mesh.faces] - mesh.vertices[np.roll(mesh.faces, 1, axis=1)]).reshape(-1, 3))
     in_rows = float(sides.reshape(-1, 3).max(axis=1).sum()) / MAX_FACES
     return max(float(np.sqrt(4 / np.sqrt(3) * mesh.area / MAX_FACES)), in_rows)
-
-
-def _resolution(vertices: Array) -> float:
-    """Return the shortest length whose midpoint differs from its ends in floating point."""
-    return 4 * float(np.spacing(np.abs(vertices).max()))
 
 
 def _edges(faces: Indices) -> tuple[Indices, Indices]:
