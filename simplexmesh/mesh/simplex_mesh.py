@@ -18,7 +18,7 @@ from simplexmesh._base.html import card
 from simplexmesh._base.named_arrays import Located, named_arrays
 from simplexmesh._base.units import unit_or_none
 from simplexmesh.mesh import face_geometry, geometry, triangulation
-from simplexmesh.mesh.check import Report, check, creased_vertices
+from simplexmesh.mesh.check import Report, check
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.contours import Contour
 from simplexmesh.mesh.paths import path_vertices, same_edges
@@ -195,8 +195,7 @@ class SimplexMesh(Located):
         >>> print(sphere(4).check(self_intersections=True))
         nothing wrong
         """
-        crossings = checks.flag("self_intersections", self_intersections)
-        return check(self._measured, self.connectivity, crossings=crossings, creased=creased_vertices(self))
+        return check(self, crossings=checks.flag("self_intersections", self_intersections))
 
     # ---- contours
 
