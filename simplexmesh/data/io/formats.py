@@ -57,24 +57,23 @@ def format_of(path: Path) -> str:
         raise OSError(f"{path.name} is empty")
     with path.open("rb") as file:
         head = file.read(HEAD)
-    found = _by_content(head, size)
+    if (found := _by_content(head, size)) is not None:
+        return found
     named = SUFFIXES.get(suffix(path))
-    if found is None and named == "text" and _is_text(head):
+    if named == "text" and _is_text(head):
         return "text"
-    if found is None and named == "stl" and is_binary_stl(head, size):
+    if named == "stl" and is_binary_stl(head, size):
         return "stl"
-    if found is None and named == "stl" and not _is_text(head) and len(head) >= 84:
+    if named == "stl" and not _is_text(head) and len(head) >= 84:
         raise OSError(
             f"{path.name} must have {stl_size(head):,} bytes as STL, it has {size:,}: truncated, or not an STL file"
         )
-    if found is None and named is not None:
+    if named is not None:
         raise OSError(f"{path.name} is not {called(named)} file, or its beginning is damaged")
-    if found is None and head.startswith(_DATABASE):
+    if head.startswith(_DATABASE):
         raise OSError(f"{path.name} is an SQLite database: open libraries of models with sm.ModelLibrary")
-    if found is None:
-        known = ", ".join(sorted(SUFFIXES))
-        raise OSError(f"{path.name} has an unknown format; known ones are {known}")
-    return found
+    known = ", ".join(sorted(SUFFIXES))
+    raise OSError(f"{path.name} has an unknown format; known ones are {known}")
 
 
 def called(kind: str) -> str:
