@@ -98,8 +98,7 @@ def colored(shown: Any, name: str, values: Array) -> pv.PolyData:
         polydata = _fan(shown, **{name: per_point(shown, values)})
     elif isinstance(shown, PointCloud):
         kept = _kept(len(values))
-        normals = None if shown.normals is None else shown.normals[kept]
-        polydata = _cloud(PointCloud(shown.points[kept], normals))
+        polydata = _cloud(shown.selected(kept))
         polydata[name] = np.repeat(values[kept], polydata.n_points // len(kept), axis=0)
     else:
         polydata = _faces(shown.vertices, shown.faces)
