@@ -153,15 +153,6 @@ def draw(path: Path | None, plotted: Callable[[Any], Any]) -> None:
             plot.picture(path, plotted(plot))
 
 
-def unused(folder: Path, name: str) -> Path:
-    """Return an unused path in a folder: the name, or the name with a number."""
-    path, number = folder / name, 1
-    while path.exists():
-        number += 1
-        path = folder / f"{Path(name).stem}-{number}{Path(name).suffix}"
-    return path
-
-
 def camera(view: str, up: str) -> dict[str, Any]:
     """Return the options of plots that `--view` and `--up` name."""
     from simplexmesh._base import checks

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import count
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -51,7 +52,9 @@ def command(
         interrupts.check()
         windowless = picture is None and not plot.has_display()
         if windowless:
-            picture = report.writable(report.unused(Path(), f"{path.name}.png"), "the picture", report.PICTURES)
+            names = (Path(f"{path.name}{'' if k == 1 else f'-{k}'}.png") for k in count(1))
+            unused = next(name for name in names if not name.exists())
+            picture = report.writable(unused, "the picture", report.PICTURES)
         if picture is not None:
             with report.written_to(picture, "the picture"):
                 plot.picture(picture, plotter)
