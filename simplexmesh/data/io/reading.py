@@ -16,11 +16,8 @@ from simplexmesh._base import checks
 from simplexmesh._base.errors import TopologyError, warn
 from simplexmesh.data.io import formats
 from simplexmesh.data.points import PointCloud, cloud_of_file, cloud_of_vertices
-from simplexmesh.data.poses import read_poses
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
-
-__all__ = ["read", "read_mesh", "read_points", "read_poses", "read_triangles", "read_volume"]
 
 _SINGLE_PRECISION = 1e-7
 
