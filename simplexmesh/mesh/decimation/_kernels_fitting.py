@@ -164,16 +164,6 @@ def locate_on_rim(vertices: Array, faces: Faces, samples: Array, locations: Loca
                 c = first + (c - first + step) % (end - first)
 
 
-@njit(cache=True, error_model="numpy")
-def interpolate(values: Array, centroid: Array, faces: Faces, locations: Locations, s: int, out: Array) -> None:
-    """Write the position of location `s` to `out`."""
-    c = locations.corner[s]
-    w = locations.weights[s]
-    a, b, m = values[faces.vertices[c]], values[faces.ahead[c]], centroid[faces.owner[c]]
-    for k in range(3):
-        out[k] = w[0] * a[k] + w[1] * b[k] + w[2] * m[k]
-
-
 class Terms(NamedTuple):
     """The terms of the least-squares problem: distances of samples, smoothness, flatness of faces."""
 
@@ -194,18 +184,17 @@ def add_sample_gradient(
     """Add half the gradient of the sample terms, for vertices to `out`, for centroids to `inner`."""
     p = np.empty(3)
     for s in range(t.samples.shape[0]):
-        interpolate(v, centroid, faces, locations, s, p)
+        c, w = locations.corner[s], locations.weights[s]
+        a, b, f = faces.vertices[c], faces.ahead[c], faces.owner[c]
         dot = 0.0
         for k in range(3):
-            p[k] -= offset * t.samples[s, k]
+            p[k] = w[0] * v[a, k] + w[1] * v[b, k] + w[2] * centroid[f, k] - offset * t.samples[s, k]
             dot += p[k] * t.direction[s, k]
-        c = locations.corner[s]
-        a, b, f = faces.vertices[c], faces.ahead[c], faces.owner[c]
         for k in range(3):
             force = t.across[s] * p[k] + (t.along[s] - t.across[s]) * dot * t.direction[s, k]
-            out[a, k] += locations.weights[s, 0] * force
-            out[b, k] += locations.weights[s, 1] * force
-            inner[f, k] += locations.weights[s, 2] * force
+            out[a, k] += w[0] * force
+            out[b, k] += w[1] * force
+            inner[f, k] += w[2] * force
 
 
 @njit(cache=True, error_model="numpy")
