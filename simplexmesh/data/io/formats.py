@@ -111,18 +111,13 @@ def _by_text(head: bytes) -> str | None:
         return "obj"
     if re.match(r"\s*Points\s*:=\s*\[", text):
         return "text"
-    return "text" if _has_numbers(text) else None
+    number = r"[-+]?(\d+\.?\d*|\.\d+|nan|inf)([eE][-+]?\d+)?"
+    three = rf"^\s*{number}([\s,;]+{number}){{2,}}"
+    return "text" if any(re.match(three, row) for row in text.splitlines()[:20]) else None
 
 
 def _is_text(head: bytes) -> bool:
     return b"\0" not in head
-
-
-def _has_numbers(text: str) -> bool:
-    """Whether one of the first lines holds at least three numbers."""
-    number = r"[-+]?(\d+\.?\d*|\.\d+|nan|inf)([eE][-+]?\d+)?"
-    line = rf"^\s*{number}([\s,;]+{number}){{2,}}"
-    return any(re.match(line, row) for row in text.splitlines()[:20])
 
 
 def _is_nifti(head: bytes) -> bool:
