@@ -22,7 +22,7 @@ from simplexmesh.data.volume import Volume
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 MOST_POINTS = 200_000
-"""Points drawn of a cloud, a random subset of very many."""
+"""Points drawn of a cloud, of more a random subset, or an even one beside primitives."""
 
 CREASE, SMOOTH = 30.0, 60.0
 """Feature angles in degrees: triangles that meet at a larger one are shaded with a sharp edge. The second is for
