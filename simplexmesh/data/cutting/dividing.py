@@ -82,9 +82,8 @@ def _shortest(mesh: TriangleMesh) -> float:
 def _edges(faces: Indices) -> tuple[Indices, Indices]:
     """Return each edge once, (e, 2), and the edge opposite each corner of each face, (f, 3)."""
     ends = np.sort(faces[:, [[1, 2], [2, 0], [0, 1]]], axis=2).reshape(-1, 2)
-    keys, sides = np.unique(ends[:, 0] * (int(faces.max(initial=0)) + 1) + ends[:, 1], return_inverse=True)
-    first = np.zeros(len(keys), np.int64)
-    first[sides] = np.arange(len(ends))
+    keys = ends[:, 0] * (int(faces.max(initial=0)) + 1) + ends[:, 1]
+    _, first, sides = np.unique(keys, return_index=True, return_inverse=True)
     return ends[first], sides.reshape(-1, 3)
 
 
