@@ -24,7 +24,6 @@ from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.normals import estimate as normal_estimates
 from simplexmesh.surface.reasons import DEGENERATE, EXPLANATIONS, OPEN
 from simplexmesh.surface.sampled_surface import SampledSurface, as_sampled_surface
-from tests.bench import article_bodies
 from tests.bench.article_rings import KINDS, article_ring, gs03_ring, symmetric_ring
 from tests.surface.curvature import reference_curvature as reference
 from tests.surface.golden_curvature import ARTICLE, GS03, MESHES, METHODS, SCHEMES
@@ -221,8 +220,8 @@ class TestPrinted:
 
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", SimplexMeshWarning)  # valence below six
-            cone = sm.curvature(article_bodies.cone(), method, **options)
-            cylinder = sm.curvature(article_bodies.capped_cylinder(), method, **options)
+            cone = sm.curvature(discretized.cone().mesh, method, **options)
+            cylinder = sm.curvature(discretized.capped_cylinder().mesh, method, **options)
         assert statistics(cone.mean) == pytest.approx(cone_mean, rel=6e-6)
         assert statistics(cone.gauss) == pytest.approx(cone_gauss, rel=6e-6)
         if method == "quadric":
