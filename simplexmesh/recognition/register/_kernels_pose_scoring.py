@@ -89,29 +89,6 @@ def score_motions(motions, owners, sources, grid, widths, scores):
 
 
 @njit(cache=True, error_model="numpy")
-def distinct_motions(motions, limit, far, kept):
-    """Fill `kept` with motions, in order, whose trace or shift differs from all kept before; return their number."""
-    count = 0
-    for k in range(len(motions)):
-        if count == len(kept):
-            break
-        new = True
-        for i in range(count):
-            one, other = motions[kept[i]], motions[k]
-            trace = squared_shift = 0.0
-            for a in range(0, 12, 4):
-                trace += one[a] * other[a] + one[a + 1] * other[a + 1] + one[a + 2] * other[a + 2]
-                squared_shift += (one[a + 3] - other[a + 3]) ** 2
-            if trace > limit and math.sqrt(squared_shift) < far:
-                new = False
-                break
-        if new:
-            kept[count] = k
-            count += 1
-    return count
-
-
-@njit(cache=True, error_model="numpy")
 def _apply_small_motion(m, x):
     """Apply to a motion, in place, the small motion x: a rotation vector, then a shift."""
     angle = math.sqrt(x[0] ** 2 + x[1] ** 2 + x[2] ** 2)
