@@ -15,7 +15,7 @@ from simplexmesh.mesh.face_geometry import face_centroids
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.mesh.triangulation import fan
 from simplexmesh.motion.model.state import mean_edge
-from simplexmesh.motion.model.untangle import Tangles, untangled_from, with_membrane
+from simplexmesh.motion.model.untangle import Tangles, untangled, with_membrane
 from simplexmesh.motion.reconstruct.outer_side import border_width
 from simplexmesh.motion.reconstruct.result import LEAST_BARE, Distance, Summary
 from simplexmesh.motion.reconstruct.run import Run
@@ -110,7 +110,7 @@ def restored(tangles: Tangles, strays: Strays, target: Target) -> Tangles:
             film = with_membrane(mesh, zone)
             if laid:
                 film = film.moved(strays.places(film.vertices))
-            mended = untangled_from(tangles.with_positions(film, zone), target, reach=strays.edge, rounds=3)
+            mended = untangled(tangles.with_positions(film, zone), target, reach=strays.edge, rounds=3)
             tangles = _improved(tangles, mended.mesh, strays)
     return tangles
 
