@@ -36,11 +36,6 @@ class BorderAttraction:
         self.points, self.weight = points, weight
         self._tree = cKDTree(points)
 
-    @classmethod
-    def of(cls, target: Any, edge: float, weight: float) -> BorderAttraction:
-        """Return the attraction of a target's border to a mesh of this mean edge; of no points without a border."""
-        return cls(wide_border(target if weight else None, edge), weight)
-
     def displacements(self, vertices: Array, rims: Courses, reach: float) -> Array:
         """Return (m, 3) the way, across its hole, of each boundary vertex to the mean of its nearest points."""
         positions = vertices[rims.vertices]

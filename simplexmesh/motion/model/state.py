@@ -121,12 +121,11 @@ class Release:
         """(n,) bool: the vertices released now."""
         return self._rings > 0
 
-    def update(self, normals: Array, neighbors: Indices32, gaps: Array, held: Mask) -> Mask:
-        """Return (n,) the vertices released now, given their gaps (n,); none of those that are held (n,)."""
+    def update(self, normals: Array, neighbors: Indices32, gaps: Array, held: Mask) -> None:
+        """Find the vertices released now, given their gaps (n,); none of those that are held (n,)."""
         _kernels_averages.released(normals, neighbors, gaps, RINGS, self._rings, self._other)
         self._rings, self._other = self._other, self._rings
         self._rings[held] = 0
-        return self.mask
 
 
 class Confines:
