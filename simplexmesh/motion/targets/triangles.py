@@ -10,7 +10,7 @@ import numpy as np
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices, Mask
-from simplexmesh._base.vectors import cross, dot, norm, normalized
+from simplexmesh._base.vectors import cross, dot, norm, normalized, triangle_vectors
 from simplexmesh.data.conversion import as_triangles
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh import _kernels
@@ -59,8 +59,7 @@ class Triangles(BuiltInTarget):
         self.oriented = checks.flag("oriented", oriented)
         self.vertices = np.ascontiguousarray(mesh.vertices, dtype=np.float64)
         self.faces = np.ascontiguousarray(mesh.faces, dtype=np.int64)
-        a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
-        self._normals = normalized(cross(b - a, c - a))
+        self._normals = normalized(triangle_vectors(self.vertices, self.faces))
         self._on_border = border_sides(self.faces)
         self._tree = igl.AABB()
         self._tree.init(self.vertices, self.faces)
