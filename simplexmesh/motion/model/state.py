@@ -92,18 +92,14 @@ def mean_edge(mesh: SimplexMesh) -> float:
 
 
 def is_at_rest(states: Sequence[State], edge: float) -> bool:
-    """Return whether in the last ten of a stage's states no vertex moved by much of an `edge`, or the energy rests.
-
-    It rests where it twice changes no more than it fluctuates with a few that swing, and where it is that of vertices
-    that are all so near to their goals (``alpha / 2`` is 0.2): on clean data it goes on falling as they slide along the
-    surface.
-    """
+    """Return whether in the last ten of a stage's states no vertex moved by much of an `edge`, or the energy rests."""
     if len(states) < 20 or len(states) % 10:
         return False
     if max(state.move for state in states[-10:]) <= STILL * edge:
         return True
     blocks = np.array([state.energy for state in states[-30:]]).reshape(-1, 10)
     then, now = blocks[-2:].mean(axis=1)
+    # half of alpha is 0.2: of vertices that near to their goals the energy falls as long as they slide along clean data
     if now <= 0.2 * (STILL * edge) ** 2 or abs(now - then) <= LEVEL * then:
         return True
     change = np.abs(np.diff(blocks.mean(axis=1)))

@@ -102,10 +102,7 @@ def _on_faces_of(connectivity: Connectivity, marked: Mask) -> Mask:
 def untangled(
     tangles: Tangles, target: Target, *, reach: float, start: SimplexMesh | None = None, rounds: int = 10
 ) -> Tangles:
-    """Return a mesh with folds and self-intersections removed, in so many attempts, or blended with an untangled start.
-
-    What was moved is fitted to the data again in the end, where that tangles nothing.
-    """
+    """Return a mesh without folds and intersections, by smoothing in rounds, blends with the start, and a last fit."""
     mesh = tangles.mesh
     tangles = _smoothed(tangles, target, reach, range(min(PATIENCE, rounds)))
     tangles = _blended_with_start(tangles, start)

@@ -38,11 +38,7 @@ THICKENINGS = 8
 
 
 def isosurface(field: NDArray[Any], solid: Mask, triangles: int = 0) -> tuple[Array, Indices]:
-    """Return the closed triangulated surface of a solid, in units of cells; sample (i, j, k) is at (i, j, k).
-
-    The field is positive inside; where it contradicts the solid, the solid takes precedence. The border of the solid is
-    outside. With fewer than `triangles` triangles the field is resampled to a finer grid.
-    """
+    """Return the closed surface of a solid in a field, in cells, on a finer grid if that has too few `triangles`."""
     box = box_around(solid)
     if box is None:
         return np.zeros((0, 3)), np.zeros((0, 3), np.int64)

@@ -101,17 +101,14 @@ def _chosen_radii(cloud: Cloud, pilots: Indices) -> Array:
 
 
 def _squared_bias(report: Goodness, radius: Array, blurred: Mask, around: Indices, *, independent: bool) -> Array:
-    """Return the squared bias per pilot and scale, at least that of a cylinder of the same curvature.
-
-    `independent` errors of points tell it by the change from two smaller scales; those of a grid, alike among
-    neighbors, would count as bias and only allow to extrapolate from the change to the next scale.
-    """
+    """Return the squared bias per pilot and scale, at least that of a cylinder of the same curvature."""
     variance = np.asarray(report.variance)
     height = np.where(np.isfinite(variance), np.nan_to_num(report.offset).cumsum(axis=1), np.nan)
     bend = _pooled(np.asarray(report.curvature), blurred, around)
     least = (radius**4 * bend**3 / 213) ** 2  # 213: of a fit with these weights
     if not independent:
-        # fourth-order bias grows fourfold per scale, so the change to the next scale is three times this one's
+        # errors of a grid, alike among neighbors, would count as change since smaller scales: extrapolated instead, as
+        # fourth-order bias grows fourfold per scale, so that the change to the next scale is three times this one's
         excess = np.full_like(variance, np.nan)
         excess[:, :-1] = _excess(np.asarray(report.offset)[:, 1:], variance[:, :-1], variance[:, 1:]) / 9
         return np.maximum(np.nan_to_num(_pooled(excess, blurred, around)), least)
@@ -172,11 +169,7 @@ class Surfels(NamedTuple):
 
 
 def fitted_surfels(points: Array, normals: Array | None = None, spread: Array | None = None) -> Surfels:
-    """Fit surfels to points (n, 3), with radii from the data and spacings proportional to the radii.
-
-    Points whose outward `normals` face away from a place are excluded from its fit. `spread` (n, 3) is one standard
-    deviation of each point's error along a known direction; without it errors are isotropic, of unknown size.
-    """
+    """Fit surfels to points (n, 3), with radii from the data; `spread` (n, 3) is the known error of each, one sigma."""
     first = _first_occurrences(points)
     tree, none = kd_tree(points[first]), np.zeros((0, 3))
     facing = none if normals is None else np.ascontiguousarray(normals[first][tree.order], np.float64)
