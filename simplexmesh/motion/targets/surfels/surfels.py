@@ -34,6 +34,9 @@ SURE = 5.0
 LEVELS = 14
 """Scales tried: radii up to 90 times the smallest."""
 
+MAX_SUPPORT_RATIO = 1.5
+"""Limit of the ratio of the supports of neighboring surfels."""
+
 
 def centers_and_radii(cloud: Cloud) -> tuple[Indices, Array]:
     """Return the points around which surfels are fitted, and the radii, interpolated from the pilots'."""
@@ -233,8 +236,9 @@ def assembled(table: Array, noise: Array, radius: Array, *, oriented: bool) -> S
     known: Mask = np.asarray(table[:, 3:6].any(axis=1))
     distance, index = _nearest_others(tree)
     neighbors = index[:, :NEIGHBORS].astype(np.int32)
-    support, patches = np.zeros(len(table)), np.zeros((len(table), 14, _kernels_patches.LANES), np.float32)
-    _kernels_patches.limit_support(np.maximum(1.5 * _largest(distance[:, :3]), 1e-300), neighbors, support)
+    support = np.maximum(1.5 * _largest(distance[:, :3]), 1e-300)
+    support = np.minimum(support, MAX_SUPPORT_RATIO * support[neighbors].min(axis=1))
+    patches = np.zeros((len(table), 14, _kernels_patches.LANES), np.float32)
     _kernels_patches.pack_patches(table, support, neighbors, oriented, patches)
     normals, beside, beyond = np.where(known[:, None], table[:, 3:6], np.nan), distance[:, -1], distance[:, 7]
     heads = np.column_stack([table[:, :3], normals, support, 2.25 * beside**2, beyond**2])
