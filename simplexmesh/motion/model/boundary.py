@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Mask
-from simplexmesh._base.vectors import dot, norm, normalized
+from simplexmesh._base.vectors import dot, norm, normalized, sums
 from simplexmesh.mesh.face_geometry import fan_vectors
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.model._kernels_contours import Courses
@@ -46,8 +46,7 @@ class BorderAttraction:
         side = 0.5 * (norm(ahead - positions) + norm(back - positions))
         assigned = near < MAX_SPACING * side[owner]
         count = np.bincount(owner[assigned], minlength=len(positions))
-        total = np.zeros_like(positions)
-        np.add.at(total, owner[assigned], self.points[assigned])
+        total = sums(self.points[assigned], owner[assigned], len(positions))
         matched = count > 0
         step[matched] = total[matched] / count[matched, None] - positions[matched]
         along = normalized(ahead - back)
