@@ -180,10 +180,7 @@ def _warn_of_topology(run: Run, *, lid: bool) -> None:
 
 
 def openness_message(holes: int, bare: float, *, opens: bool) -> str:
-    """Return a message about data found to be open or not, and a model with holes or bare lids; empty if it is closed.
-
-    Lids of models that nobody asked to open have a remedy; those of open surfaces could not be cut off.
-    """
+    """Return a message about data found to be open, and a model with holes or bare lids; empty if it is closed."""
     if holes:
         end = "a hole" if holes == 1 else f"{holes} holes"
         return f"the data is an open surface: the model is kept open and ends where it does, at {end}"
