@@ -179,7 +179,9 @@ class PointsInput(Input):
                 warn("the points' normals bound no solid and were left out")
         elif start.report.is_open:
             more = int(vertices * max(1.0, START_SHARE / (1 - start.report.openness / 2)))  # many are on lids
-            start = start_from_points(outward_cloud(cloud), more, **options)
+            doubled = start.report.doubled
+            start = start_from_points(outward_cloud(cloud, is_open=True), more, **options)
+            start = replace(start, report=replace(start.report, doubled=doubled))
         assert start.indicator is not None
         inward = start.indicator.at(cloud.points)[1]
         if cloud.normals is None:
