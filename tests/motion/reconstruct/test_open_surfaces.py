@@ -134,3 +134,15 @@ def test_normals_of_a_sheet_tell_its_outer_side():
             model = sm.reconstruct(sm.PointCloud(points, np.tile([0, 0, sign], (len(points), 1))), vertices=600)
         assert model.mesh.n_holes == 1
         assert sign * model.mesh.normals[:, 2].mean() > 0.8
+
+
+@pytest.mark.parametrize("inward", [False, True])
+def test_open_triangles_may_face_either_way(inward):
+    ball = sm.sphere(20).triangulated("dual")
+    faces = ball.faces[(ball.vertices[ball.faces, 2] > 0).all(axis=1)]
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        model = sm.reconstruct(sm.TriangleMesh(ball.vertices, faces[:, ::-1] if inward else faces), vertices=600)
+    assert (model.mesh.n_holes, model.mesh.genus) == (1, 0)
+    assert model.distance.mesh_to_data.max < 0.05
+    assert any("the triangles face inwards and were flipped" in str(each.message) for each in told) is inward
