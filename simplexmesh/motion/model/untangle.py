@@ -100,23 +100,9 @@ def _on_faces_of(connectivity: Connectivity, marked: Mask) -> Mask:
 
 
 def untangled(
-    mesh: SimplexMesh, target: Target, *, reach: float, start: SimplexMesh | None = None, rounds: int = 10
-) -> tuple[SimplexMesh, int]:
-    """Return the mesh with folds and self-intersections removed, and the number of vertices still tangled.
-
-    Tangled vertices and their neighborhoods, larger in each of at most `rounds` attempts, first relax without data
-    under orientation continuity, then are fitted again, stiffer each time. A region keeps its old positions where that
-    does not help. Remaining tangles are blended with `start`, the same mesh at untangled positions near the data. In
-    the end all moved vertices are fitted to the data again, less stiffly, where that tangles nothing.
-    """
-    tangles = untangled_from(Tangles(mesh), target, reach=reach, start=start, rounds=rounds)
-    return tangles.mesh, tangles.count
-
-
-def untangled_from(
     tangles: Tangles, target: Target, *, reach: float, start: SimplexMesh | None = None, rounds: int = 10
 ) -> Tangles:
-    """Return what `untangled` does, from tangles of which some may be known, with those that are left."""
+    """Return a mesh without folds and intersections, by smoothing in rounds, blends with the start, and a last fit."""
     mesh = tangles.mesh
     tangles = _smoothed(tangles, target, reach, range(min(PATIENCE, rounds)))
     tangles = _blended_with_start(tangles, start)

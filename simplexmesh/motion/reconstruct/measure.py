@@ -15,7 +15,7 @@ from simplexmesh.mesh.face_geometry import face_centroids
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.mesh.triangulation import fan
 from simplexmesh.motion.model.state import mean_edge
-from simplexmesh.motion.model.untangle import Tangles, untangled_from, with_membrane
+from simplexmesh.motion.model.untangle import Tangles, untangled, with_membrane
 from simplexmesh.motion.reconstruct.outer_side import border_width
 from simplexmesh.motion.reconstruct.result import LEAST_BARE, Distance, Summary
 from simplexmesh.motion.reconstruct.run import Run
@@ -113,7 +113,7 @@ def restored(tangles: Tangles, strays: Strays, target: Target) -> Tangles:
             film = with_membrane(mesh, zone)
             if laid:
                 film = film.moved(strays.places(film.vertices))
-            mended = untangled_from(tangles.with_positions(film, zone), target, reach=strays.edge, rounds=3)
+            mended = untangled(tangles.with_positions(film, zone), target, reach=strays.edge, rounds=3)
             tangles = _improved(tangles, mended.mesh, strays)
     return tangles
 
@@ -184,10 +184,7 @@ def _warn_of_topology(run: Run, *, lid: bool) -> None:
 
 
 def openness_message(holes: int, bare: float, *, opens: bool) -> str:
-    """Return a message about data found to be open or not, and a model with holes or bare lids; empty if it is closed.
-
-    Lids of models that nobody asked to open have a remedy; those of open surfaces could not be cut off.
-    """
+    """Return a message about data found to be open, and a model with holes or bare lids; empty if it is closed."""
     if holes:
         end = "a hole" if holes == 1 else f"{holes} holes"
         return f"the data is an open surface: the model is kept open and ends where it does, at {end}"

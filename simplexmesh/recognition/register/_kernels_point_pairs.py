@@ -113,13 +113,8 @@ def _vote_of(i, source, table, maximum, count):
 def _peaks(count, found):
     """Fill `found` (p, 2) with the rows and rotations of the largest entries of `count`, which are erased."""
     for p in range(len(found)):
-        best, at, bin_ = np.float32(-1.0), 0, 0
-        for t in range(len(count)):
-            for b in range(TURNS):
-                if count[t, b] > best:
-                    best, at, bin_ = count[t, b], t, b
-        found[p, 0] = at
-        found[p, 1] = bin_ * (2 * math.pi / TURNS)
+        at, bin_ = divmod(count.argmax(), TURNS)
+        found[p, 0], found[p, 1] = at, bin_ * (2 * math.pi / TURNS)
         for b in range(-1, 2):
             count[at, (bin_ + b) % TURNS] = -1
 

@@ -65,13 +65,9 @@ class Verifier:
         )  # fmt: skip
         return self.evaluated(T)
 
-    def correspondences(self, T: Array) -> tuple[Correspondences, Correspondences]:
-        """Return the correspondences of the source's sample in the target, and of the target's in the source."""
-        backward = np.asarray(np.linalg.inv(T), np.float64)
-        return (
-            find_correspondences(self.source, self.target, self.trees[1], T, self.reach, self.samples[0]),
-            find_correspondences(self.target, self.source, self.trees[0], backward, self.reach, self.samples[1]),
-        )
+    def correspondences(self, T: Array, reach: float) -> Correspondences:
+        """Return the correspondences of the source's sample in the target."""
+        return find_correspondences(self.source, self.target, self.trees[1], T, reach, self.samples[0])
 
     def point_scores(self, found: Correspondences) -> Array:
         """Return a score for each point, negative where the surfaces are near but do not coincide: at least -1."""
@@ -80,7 +76,10 @@ class Verifier:
 
     def evaluated(self, T: Array) -> Evaluation:
         """Return the evaluation of a motion."""
-        forward, backward = self.correspondences(T)
+        forward, T_source_target = self.correspondences(T, self.reach), np.asarray(np.linalg.inv(T), np.float64)
+        backward = find_correspondences(
+            self.target, self.source, self.trees[0], T_source_target, self.reach, self.samples[1]
+        )
         areas = np.array([self.source.area, self.target.area])
         weights = areas / areas.min() / 2
         point_scores = (self.point_scores(forward), self.point_scores(backward))
@@ -91,7 +90,7 @@ class Verifier:
 
     def open_motions(self, T: Array) -> Array:
         """Return (k, 6) small motions after T, of any length, under which the surface slides along itself, if any."""
-        found = self.correspondences(T)[0]
+        found = self.correspondences(T, self.reach)
         agreeing = found.inlier & (np.abs(found.residual) < self.width)
         if np.count_nonzero(agreeing) < 12:
             return np.zeros((0, 6))
@@ -112,7 +111,7 @@ class Verifier:
     def _slides(self, T: Array, turn: Array, shift: Array, center: Array, before: Correspondences) -> bool:
         """Whether points that still meet the target after a small motion fit it as well as before."""
         step = small_motion(turn, shift, center)
-        after = find_correspondences(self.source, self.target, self.trees[1], step @ T, 2 * self.reach, self.samples[0])
+        after = self.correspondences(step @ T, 2 * self.reach)
         inside = before.inlier & (norm(after.points - self.target.points[after.nearest]) < 2 * self.reach)
         if np.count_nonzero(inside) < 0.5 * np.count_nonzero(before.inlier):
             return False

@@ -20,7 +20,14 @@ from simplexmesh.recognition.register import register as registration
 from simplexmesh.recognition.register.icp import about_origin
 from simplexmesh.recognition.register.oriented_points import OrientedPoints, oriented_points
 from simplexmesh.recognition.register.pose_candidates import pair_candidates
-from simplexmesh.recognition.register.pose_scoring import motion_rows, source_of, target_grid
+from simplexmesh.recognition.register.pose_scoring import (
+    SAME_ANGLE,
+    SAME_SHIFT,
+    distinct,
+    motion_rows,
+    source_of,
+    target_grid,
+)
 from simplexmesh.recognition.register.verify import Verifier
 from tests.recognition import reference as reference
 
@@ -379,9 +386,8 @@ class TestKernels:
     def test_motions_that_differ_are_those_of_plain_code(self, seed, most):
         rng = np.random.default_rng(seed)
         motions = motion_rows(turns(0.15 * rng.normal(size=(20, 3))), 0.1 * rng.normal(size=(20, 3)))
-        kept = np.empty(most, np.int64)
-        count = kernels.distinct_motions(motions, 1 + 2 * np.cos(0.2), 0.15, kept)
-        assert kept[:count].tolist() == reference.distinct_motions(motions, most, 0.2, 0.15)
+        kept, angle, shift = distinct(motions, most, 2.5, factor=1.4), 1.4 * SAME_ANGLE, 1.4 * 2.5 * SAME_SHIFT
+        assert kept.tolist() == reference.distinct_motions(motions, most, angle, shift)
 
     def test_each_cell_of_a_grid_names_a_point_of_the_nearest_cell_with_points(self):
         points = lumpy(300, np.random.default_rng(3))
