@@ -11,10 +11,10 @@ from simplexmesh.motion.start.report import FAR
 from simplexmesh.motion.targets.triangles import Triangles
 from simplexmesh.numerics.kd_tree import uneven_tree
 
-MOST_POINTS = 10_000
-"""Points that tell whether two sides share them; more change nothing."""
+ENOUGH = 3000
+"""Points that tell whether two sides share them, and vertices that are asked; more change nothing."""
 
-NEIGHBORS = 100
+NEIGHBORS = 60
 """Points that tell it of a place; fewer mislead at more places of plates that are thicker than their noise."""
 
 
@@ -33,16 +33,16 @@ def share_doubled(mesh: SimplexMesh, points: Array) -> float:
     thicker than twice its standard deviation. Both are compared by how far points are from halfway: up to half, and
     from there to one and a half, of their root mean square around each vertex.
     """
-    some = points[:: max(1, len(points) // MOST_POINTS)]
-    off = np.abs(Triangles(mesh.triangulated(method="fan")).depths(some) - 0.5)
+    some, at = points[:: max(1, len(points) // ENOUGH)], slice(None, None, max(1, mesh.n_vertices // ENOUGH))
+    off = np.abs(Triangles(mesh.triangulated(method="dual")).depths(some) - 0.5)
     off[~(off < 1.5)] = np.inf  # of another place
-    around = off[uneven_tree(some).query(mesh.vertices, k=min(NEIGHBORS, len(some)), workers=-1)[1]]
+    around = off[uneven_tree(some).query(mesh.vertices[at], k=min(NEIGHBORS, len(some)), workers=-1)[1]]
     known = np.isfinite(around)
     squares = np.where(known, around, 0.0) ** 2
     scale = np.sqrt(squares.sum(axis=1) / np.maximum(known.sum(axis=1), 1))[:, None]
     halfway = (around < 0.5 * scale).sum(axis=1)
     at_sides = (around < 1.5 * scale).sum(axis=1) - halfway
-    areas = _vertex_areas(mesh)
+    areas = _vertex_areas(mesh)[at]
     return float(areas[2 * halfway > at_sides].sum() / areas.sum())
 
 
