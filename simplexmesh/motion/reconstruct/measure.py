@@ -30,6 +30,9 @@ from simplexmesh.numerics.plane_fits import spacing_of
 MOST_UNSEEN, MOST_MISSED = 0.25, 0.05
 """Fractions of the model without data nearby, and of the data without model nearby, above which a warning is given."""
 
+MOST_DOUBLED = 0.25
+"""Share of a start that may be one sheet or two sides, above which a warning is given: thicker plates have less."""
+
 CLEARLY_OPEN = 0.2
 """Width of the border of data, in its diagonals, from which a model without holes is warned of."""
 
@@ -166,6 +169,7 @@ def _warn_of_topology(run: Run, *, lid: bool) -> None:
     messages = []
     if run.options.holes == "open":
         messages.append(openness_message(run.mesh.n_holes, run.bare if lid else 0.0, opens=run.opens))
+        messages.append(sides_message(run.found.doubled if run.found else 0.0))
     if run.options.holes == "auto":
         messages.append(open_data_message(run.target, run.data.points, run.mesh))
     if run.surface is not None:
@@ -190,6 +194,16 @@ def openness_message(holes: int, bare: float, *, opens: bool) -> str:
     if opens:
         return f"{closes}; nothing was found to cut off, more vertices may help"
     return f"{closes}; holes='auto' leaves it open, holes='none' closes it without this warning"
+
+
+def sides_message(doubled: float) -> str:
+    """Return a message about a share of a start that may be a noisy sheet or a thin solid; empty if that is small."""
+    if doubled <= MOST_DOUBLED:
+        return ""
+    return (
+        f"noise hides whether {doubled:.0%} of the data is one sheet or the two sides of a solid less than three times "
+        "as thick as the noise"
+    )
 
 
 def genus_message(surface: SimplexMesh, mesh: SimplexMesh, proposals: Sequence[HandleProposal]) -> str:

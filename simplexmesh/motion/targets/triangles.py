@@ -87,6 +87,18 @@ class Triangles(BuiltInTarget):
         agrees &= ~(self._beyond_border(closest, faces) & (np.abs(along) < 0.8 * distance))
         return np.where(agrees & (distance <= reach) & known.all(axis=1), along, np.nan)
 
+    def depths(self, points: Array) -> Array:
+        """Return, for points in or near a closed surface, how deep they are, in ways to the opposite side.
+
+        0 is on the side nearest to a point, 0.5 halfway along the normal there, negative outside; NaN if none is
+        opposite.
+        """
+        _, closest, faces = self.closest(points)
+        inward = -self._normals[faces]
+        start = closest + ON_SURFACE * float(np.ptp(self.vertices, axis=0).max()) * inward
+        hit, way, _ = self._tree.intersect_ray_first(self.vertices, self.faces, start, inward)
+        return np.where(np.asarray(hit).ravel() < 0, np.nan, dot(points - closest, inward) / np.asarray(way).ravel())
+
     def signed(self, points: Array) -> tuple[Array, Array, Mask]:
         """Return, for each point, its signed distance, the gradient of this, and whether it is beyond a border.
 

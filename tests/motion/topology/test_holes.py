@@ -313,6 +313,15 @@ class TestBorders:
     def test_a_closed_cloud_has_no_border(self):
         assert not len(border_of_points(sm.sphere(20).vertices).points)
 
+    def test_points_nearer_to_each_other_than_their_noise_end_where_they_do(self):
+        rng = np.random.default_rng(1)
+        points = np.column_stack([rng.uniform(-1, 1, (30000, 2)), np.zeros(30000)]) + rng.normal(0, 0.03, (30000, 3))
+        border = border_of_points(points)
+        ends = np.abs(border.points[:, :2]).max(axis=1)
+        assert len(border.points) > 50
+        assert (np.abs(ends - 1) < 0.15).mean() > 0.9
+        assert border.width.max() > 0.5
+
     def test_uneven_sampling_is_no_border(self):
         rng = np.random.default_rng(0)
         points = rng.uniform(-1, 1, (6000, 2))
