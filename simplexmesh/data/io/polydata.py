@@ -52,7 +52,7 @@ class Polygons:
             data = value.data, value.unit
             return Polygons(value.vertices, sizes, corners, None, *data, topology, value.triangulated)
         if hasattr(value, "vertices") and hasattr(value, "faces"):
-            sizes, corners = np.full(len(value.faces), 3), value.faces.reshape(-1)
+            sizes, corners = np.full(len(value.faces), 3), value.faces.ravel()
             return Polygons(value.vertices, sizes, corners, None, value.data, value.unit, triangles=lambda: value)
         if hasattr(value, "points") and hasattr(value, "normals"):
             none = np.zeros(0, dtype=np.int64)
