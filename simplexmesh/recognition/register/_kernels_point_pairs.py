@@ -92,12 +92,12 @@ def pair_table(framed, longest):
 
 
 @njit(cache=True, error_model="numpy")
-def _vote_of(i, source, table, maximum, count):
+def _vote_of(i, source, table, count):
     """Add the votes of a point i of the source to `count` (n, TURNS), of each target point and rotation."""
     for j in range(len(source.points)):
         key = _bin(source, i, j, table.step) if j != i else -1
-        if key < 0 or table.starts[key + 1] - table.starts[key] > maximum:
-            continue
+        if key < 0 or table.starts[key + 1] - table.starts[key] > len(count):
+            continue  # not distinctive, as pairs on flat sides
         turn = _angle_about_normal(source, i, j)
         for k in range(table.starts[key], table.starts[key + 1]):
             slot = (table.turns[k] - turn) * (TURNS / (2 * math.pi))
@@ -120,9 +120,9 @@ def _peaks(count, found):
 
 
 @njit(cache=True, error_model="numpy", parallel=True)
-def vote(references, source, table, n_target, maximum, found):
+def vote(references, source, table, n_target, found):
     """Fill `found` (r, p, 2): target points and rotations about the normal, radians, with most votes per reference."""
     for r in prange(len(references)):
         count = np.zeros((n_target, TURNS), np.float32)
-        _vote_of(references[r], source, table, maximum, count)
+        _vote_of(references[r], source, table, count)
         _peaks(count, found[r])
