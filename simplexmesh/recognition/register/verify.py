@@ -20,11 +20,8 @@ of a surface than that is off where a coupling is turned by its most symmetric h
 TOLERANCE = 0.004
 """Distance, relative to the size of the smaller surface, that facets and manufacturing tolerances account for."""
 
-OPEN_RATIO = 0.15
-"""Ratio of an eigenvalue of the normal matrix to the largest below which a motion may be open."""
-
 TEST_MOTION = 0.1
-"""Length of the motion that tests that, relative to the size of the smaller surface."""
+"""Length of the motion that tests whether a surface slides, relative to the size of the smaller surface."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,10 +95,9 @@ class Verifier:
         center = points.mean(axis=0)
         radius = float(norm(points - center).mean())
         rows = plane_jacobian((points - center) / radius, self.target.normals[found.nearest[agreeing]])
-        values, vectors = np.linalg.eigh(rows.T @ rows)
         kept = []
-        for k in np.flatnonzero(values < OPEN_RATIO * values[-1]):
-            turn, shift = vectors[:3, k] / radius, vectors[3:, k]
+        for vector in np.linalg.eigh(rows.T @ rows)[1].T:
+            turn, shift = vector[:3] / radius, vector[3:]
             moved = float(np.sqrt((norm(cross(turn[None], points - center) + shift) ** 2).mean()))
             length = TEST_MOTION * self.size / moved
             if all(self._slides(T, turn * sign, shift * sign, center, found) for sign in (length, -length)):
