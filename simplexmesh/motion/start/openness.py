@@ -11,10 +11,10 @@ from simplexmesh.motion.start.report import FAR
 from simplexmesh.motion.targets.triangles import Triangles
 from simplexmesh.numerics.kd_tree import uneven_tree
 
-ENOUGH = 3000
+ENOUGH = 5000
 """Points that tell whether two sides share them, and vertices that are asked; more change nothing."""
 
-NEIGHBORS = 60
+NEIGHBORS = 100
 """Points that tell it of a place; fewer mislead at more places of plates that are thicker than their noise."""
 
 
