@@ -30,7 +30,7 @@ def points_of(rng, offset, noise):
     [
         pytest.param(0, 0.9, 0.9, 1.0, id="a noisy sheet"),
         pytest.param(0.7, 0.7, 0.6, 1.0, id="sides two noises apart"),
-        pytest.param(0.9, 0.6, 0.0, 0.2, id="sides three noises apart"),
+        pytest.param(0.9, 0.6, 0.0, 0.4, id="sides three noises apart"),
         pytest.param(1, 0.2, 0.0, 0.0, id="a solid"),
         pytest.param(0.5, 0.0, 0.0, 0.0, id="a solid that was made twice too thick"),
     ],
