@@ -18,7 +18,7 @@ MAX_STEP, MARGIN = 0.5, 0.15
 targets fold faces) and the margin of the faces' boxes (without it 6 of 54 decimations end tangled, else 4)."""
 
 MUTUAL_COSINE = 0.05
-"""Smallest cosine between a fan triangle and the normals of its vertices: at zero 9 of 81 decimations end tangled, else 6."""
+"""Smallest cosine between a fan triangle and the normals of its vertices: at zero 9 of 81 end tangled, else 6."""
 
 TRIES = 6
 """Steps tried for a vertex, each half of the last, and passes over folds: a single step leaves faces 15 % farther."""
