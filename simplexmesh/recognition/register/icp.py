@@ -24,6 +24,8 @@ STEP_TOLERANCE = 3e-5
 """Largest last step, in root mean square radii: smaller ones take longer and change less than the noise of scans."""
 
 RANK_TOLERANCE = 1e-10
+"""Eigenvalues below this share of the largest are rounding: with noise 1e-20 and 1e-5 give the same motions."""
+
 MINIMUM_INLIERS = 12
 
 

@@ -39,7 +39,7 @@ COARSE, FINE, EVALUATED = 400, 100, 24
 
 MAXIMUM_LOSS = 0.4
 """Candidates whose score on the grid is lower than the best one's by more than this fraction are not refined on the
-points: half of it saves 3 % of the time, twice takes 12 % more and lists three times as many wrong poses."""
+points: twice takes a tenth more time and lists 2.6 times as many poses; none of 22 registrations was found better."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
