@@ -70,7 +70,8 @@ def refined(
             return start
         residual, normals = found.residual[inlier], target.normals[found.nearest[inlier]]
         center, radius, rows, weight = _equations(found.points[inlier], normals, residual, found.cosine[inlier])
-        x = -np.linalg.lstsq((rows * weight[:, None]).T @ rows, rows.T @ (weight * residual), rcond=RANK_TOLERANCE)[0]
+        square, right = (rows * weight[:, None]).T @ rows, rows.T @ (weight * residual)
+        x = np.asarray(-np.linalg.lstsq(square, right, rcond=RANK_TOLERANCE)[0], np.float64)
         T = small_motion(x[:3] / radius, x[3:], center) @ T
         if norm(x) < STEP_TOLERANCE * radius:
             break
