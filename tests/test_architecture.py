@@ -320,6 +320,15 @@ def test_every_place_that_the_page_sends_to_is_there():
     assert {p for p in places if not any(each.endswith((f"/{p.strip('/')}/", f"/{p}.py/")) for each in there)} == set()
 
 
+def test_every_name_in_the_page_is_one_of_the_library():
+    """Of a file, a folder, or in its code; words of prose do not count."""
+    known = {part.removesuffix(".py") for path in [*files(), *TESTS.glob("*")] for part in path.parts}
+    for path in files():
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            known |= {getattr(node, field, None) for field in ("name", "id", "attr", "arg", "value")} - {None}
+    assert set(re.findall(r"`(\w+)`", ARCHITECTURE)) - known == set()
+
+
 def test_no_folder_is_crowded():
     tests = [path for path in TESTS.rglob("*.py") if "benchmarks" not in path.relative_to(TESTS).parts]
     assert crowded([*files(), *tests]) == []

@@ -116,7 +116,7 @@ ROWS = {
     **{
         ("docs/reconstruction.md", f"{body} |"): [
             f"against_meshers: {body}, {noise} % noise, {who}, {what}"
-            for noise in ("0", "0.2", "0.5")
+            for noise in ("0", "0.2", "0.5", "1")
             for who in ("simplexmesh", "best peer")
             for what in ("mean", "normals")
         ]

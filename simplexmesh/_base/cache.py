@@ -16,10 +16,11 @@ def ensure() -> None:
         return
     import tempfile
 
-    folder = Path(tempfile.gettempdir(), f"simplexmesh-numba-{_user()}")
+    user = os.getuid() if hasattr(os, "getuid") else os.environ.get("USERNAME", "user")
+    folder = Path(tempfile.gettempdir(), f"simplexmesh-numba-{user}")
     try:
         folder.mkdir(mode=0o700, exist_ok=True)
-        owned = not hasattr(os, "getuid") or (folder.stat().st_uid == os.getuid() and not folder.is_symlink())
+        owned = not hasattr(os, "getuid") or (folder.stat().st_uid == user and not folder.is_symlink())
         if not owned or not _writable(folder):  # another user's: its compiled code must not be loaded
             folder = Path(tempfile.mkdtemp(prefix="simplexmesh-numba-"))
     except OSError:
@@ -27,10 +28,6 @@ def ensure() -> None:
     os.environ["NUMBA_CACHE_DIR"] = str(folder)
     if "numba" in sys.modules:  # it has already read its environment
         sys.modules["numba"].config.CACHE_DIR = str(folder)
-
-
-def _user() -> str:
-    return str(os.getuid()) if hasattr(os, "getuid") else os.environ.get("USERNAME", "user")
 
 
 def _user_folder() -> Path:

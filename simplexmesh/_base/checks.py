@@ -208,11 +208,6 @@ def frozen_state(state: dict[str, Any]) -> dict[str, Any]:
     return state
 
 
-def picklable_state(state: dict[str, Any]) -> dict[str, Any]:
-    """Return the state of an object to be pickled or copied, with its named arrays in a dict."""
-    return state | {"data": dict(state["data"])}
-
-
 def frozen(values: ArrayLike, dtype: DTypeLike | None = None) -> NDArray[Any]:
     """Return a read-only C-contiguous copy; the caller's array is neither frozen nor shared."""
     out = np.array(values, dtype=dtype, order="C", copy=True)

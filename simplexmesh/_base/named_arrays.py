@@ -42,11 +42,6 @@ def _checked(name: str, values: Any, n: int, row: str, *, ours: bool) -> NDArray
     return given if ours and not given.flags.writeable and given.flags.owndata else checks.frozen(given)
 
 
-def changed(data: Data, arrays: Mapping[str, Any]) -> dict[str, Any]:
-    """Return named arrays with some added or replaced; None removes one."""
-    return {name: values for name, values in {**data, **arrays}.items() if values is not None}
-
-
 def taken(data: Data, rows: NDArray[Any]) -> dict[str, NDArray[Any]]:
     """Return some rows of all arrays, by a mask or indices."""
     return {name: values[rows] for name, values in data.items()}
@@ -84,11 +79,8 @@ class Located(InUnits):
 
     data: Data
 
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(checks.frozen_state(state))
-
     def __getstate__(self) -> dict[str, Any]:
-        return checks.picklable_state(self.__dict__)
+        return self.__dict__ | {"data": dict(self.data)}
 
     @cached_property
     def bounds(self) -> Array:
@@ -119,7 +111,8 @@ class Located(InUnits):
         >>> list(sm.PointCloud(np.eye(4)[:, :3]).with_data(intensity=[1, 2, 3, 4]).data)
         ['intensity']
         """
-        return replace(self, data=changed(self.data, arrays))  # type: ignore[type-var]
+        kept = {name: values for name, values in {**self.data, **arrays}.items() if values is not None}
+        return replace(self, data=kept)  # type: ignore[type-var]
 
     def to_trimesh(self) -> Any:
         """Return a `trimesh.Trimesh` with colors and other arrays, of points a `trimesh.PointCloud` with colors only.

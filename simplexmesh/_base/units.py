@@ -35,6 +35,11 @@ def unit_or_none(name: str, value: Any) -> str | None:
     return None if value is None else checks.choice(name, value, list(NANOMETERS))
 
 
+def power_of_unit(unit: str, power: int) -> str:
+    """Return a power of a unit of length as text, empty without a unit."""
+    return {1: unit, -1: f"1/{unit}", -2: f"1/{unit}²"}.get(power, "") if unit else ""
+
+
 def common_unit(name: str, parts: Iterable[Any]) -> str | None:
     """Return the unit of several data or targets, None if it is unknown of any; they must not have several."""
     units: set[Any] = {getattr(part, "unit", None) for part in parts}
@@ -53,6 +58,9 @@ class InUnits:
     """
 
     unit: str | None
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(checks.frozen_state(state))
 
     def transformed(self: Self, T_target_source: Any) -> Self:
         """Return the data in the target frame of a transform."""

@@ -26,7 +26,7 @@ from simplexmesh.cli import (
     view,
     warm_up,
 )
-from simplexmesh.cli.report import INTERRUPTED, KEPT, NOTES, as_json, error, note
+from simplexmesh.cli.report import INTERRUPTED, KEPT, NOTES, as_json, note
 
 BAD_INPUT = 2
 _MEANT = {
@@ -127,7 +127,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     with _warnings_as_notes():
         code, problem = _outcome(arguments)
     if problem:
-        error(problem)
+        typer.secho(f"error: {problem}", err=True, fg="red")
         if "--json" in arguments:
             with suppress(OSError):  # standard output may be what failed
                 as_json({"error": problem})

@@ -14,7 +14,7 @@ from simplexmesh.cli import report
 
 EXAMPLE = "Example: simplexmesh curvature femur.off --method sine --rings 2 -o femur_curv.vtp --picture femur.png"
 SHOWN = ("mean", "gauss", "k1", "k2", "saliency", "classes", "all")
-POWERS = {"mean": 1, "gauss": 2, "k1": 1, "k2": 1}
+POWERS = {"mean": -1, "gauss": -2, "k1": -1, "k2": -1}
 
 
 def command(
@@ -47,7 +47,7 @@ def command(
     picture = picture and report.writable(picture, "--picture", report.PICTURES, [path])
     _check_options(method, {"--rings": rings, "--radius": radius, "--nearest": nearest}, points)
     _check_picture(picture, show, limits)
-    camera, upwards = report.direction(side), report.upward(up, side)
+    camera = report.camera(side, up)
 
     with report.work("measuring", wanted=not json) as (interrupts, reported):
         began = time.perf_counter()
@@ -68,7 +68,7 @@ def command(
             return report.KEPT
         if picture is not None:
             reported(0.9, "drawing")
-        view = {"title": path.name, "view": camera, "up": upwards}
+        view = {"title": path.name} | camera
         report.draw(picture, lambda plot: _drawn(plot, surface, found, show or SHOWN[0], limits, unit, **view))
     report.tell(facts, str(output or path), _rows(facts, unit), json=json)
     return 0
@@ -167,6 +167,8 @@ def arrays(found: dict[str, Any]) -> dict[str, Any]:
 
 def _drawn(plot: Any, surface: Any, found: dict[str, Any], show: str, limits: Any, unit: str, **options: Any) -> Any:
     """Return the plotter of what is to be shown; the options are the title and the view."""
+    from simplexmesh.plot.color_scale import titled
+
     if show == "all":
         curved, points = found["curvature"], len(found["salient"])
         return plot.curvature(surface, curvature=curved, count=points, unit=unit, **options)
@@ -174,8 +176,8 @@ def _drawn(plot: Any, surface: Any, found: dict[str, Any], show: str, limits: An
         return plot.classes(surface, found["classes"], **options)
     values = found["saliency"] if show == "saliency" else getattr(found["curvature"], show)
     name = {"mean": "mean curvature", "gauss": "Gaussian curvature", "saliency": "saliency (rad)"}.get(show, show)
-    power = per_unit(unit, POWERS.get(show, 0))
-    return plot.heat(surface, values, name=f"{name} ({power})" if power else name, limits=limits, **options)
+    named = titled(name, unit, POWERS.get(show, 0))
+    return plot.heat(surface, values, name=named, limits=limits, **options)
 
 
 def described(found: dict[str, Any]) -> dict[str, Any]:
@@ -210,6 +212,7 @@ def _spread(values: Any) -> dict[str, float]:
 
 def _rows(facts: dict[str, Any], unit: str) -> dict[str, str]:
     """Return the rows of the table."""
+    from simplexmesh._base.units import power_of_unit
 
     def summary(name: str, measure: str) -> str:
         low, middle, high = (facts[name][part] for part in ("p5", "median", "p95"))
@@ -220,8 +223,8 @@ def _rows(facts: dict[str, Any], unit: str) -> dict[str, str]:
     return {
         "surface": f"{count:,} vertices, {facts['faces']:,} faces",
         "method": facts["method"] + (f", failed at {facts['failed']:,} vertices" if facts["failed"] else ""),
-        "mean H": summary("mean", per_unit(unit, 1)),
-        "Gauss K": summary("gauss", per_unit(unit, 2)),
+        "mean H": summary("mean", power_of_unit(unit, -1)),
+        "Gauss K": summary("gauss", power_of_unit(unit, -2)),
         "saliency": summary("saliency", "rad"),
         "types": ", ".join(f"{name} {number / count:.0%}" for name, number in facts["classes"].items()),
         "salient": _places(facts["salient"], unit),
@@ -229,16 +232,13 @@ def _rows(facts: dict[str, Any], unit: str) -> dict[str, str]:
     }
 
 
-def per_unit(unit: str, power: int) -> str:
-    """Return the unit of a curvature, empty where the unit of length is unknown."""
-    return {1: f"1/{unit}", 2: f"1/{unit}²"}.get(power, "") if unit else ""
-
-
 def _places(salient: list[dict[str, Any]], unit: str) -> str:
     """Return a table of the salient points, one line each, with a header."""
+    from simplexmesh._base.units import power_of_unit
+
     if not salient:
         return "none"
-    place, size = f"z {unit}".rstrip(), f"|H| {per_unit(unit, 1)}".rstrip()
+    place, size = f"z {unit}".rstrip(), f"|H| {power_of_unit(unit, -1)}".rstrip()
     wide, wider = max(10, len(place) + 9), max(10, len(size) + 5)
     lines = [f"{'x':>10} {'y':>10} {place:>{wide}} {size:>{wider}}"]
     for each in salient:

@@ -41,7 +41,7 @@ def command(
     """Find the sharp edges of a surface, and the zones between them."""
     output = output and _target(output, path)
     picture = picture and report.writable(picture, "--picture", report.PICTURES, [path])
-    camera, upwards = report.direction(side), report.upward(up, side)
+    camera = report.camera(side, up)
     if angle is not None and not 0 < angle < 180:
         raise ValueError(f"--angle must lie between 0 and 180 degrees, not {angle:g}")
 
@@ -60,8 +60,7 @@ def command(
             return report.KEPT
         if picture is not None:
             reported(0.9, "drawing")
-        view = {"title": path.name, "view": camera, "up": upwards}
-        report.draw(picture, lambda plot: plot.features(zones.mesh, None, zones, **view))
+        report.draw(picture, lambda plot: plot.features(zones.mesh, None, zones, title=path.name, **camera))
     report.tell(facts, str(output or path), _rows(facts), json=json)
     return 0
 

@@ -108,8 +108,8 @@ def pipes(
 
 def _camera(side: str, up: str) -> dict[str, Any]:
     """Return how to look at a plant, which stands upright unless something else is said."""
-    axis = report.upward(up, side)
-    return {"view": report.direction(side), "up": "z" if axis == "auto" else axis}
+    camera = report.camera(side, up)
+    return camera | {"up": "z" if up == "auto" else up}
 
 
 def _targets(

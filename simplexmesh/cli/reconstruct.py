@@ -67,7 +67,7 @@ def command(
     """Fit a surface model to a volume, a label map, a scan or several scans."""
     output = report.writable(output, "--output", report.MODELS, inputs)
     picture = picture and report.writable(picture, "--picture", report.PICTURES, inputs)
-    camera, upwards = report.direction(view or "iso"), report.upward(up or "auto", view or "iso")
+    camera = report.camera(view or "iso", up or "auto")
     if picture is None and (view or up):
         raise ValueError(f"--{'view' if view else 'up'} needs --picture")
 
@@ -93,8 +93,8 @@ def command(
         interrupted = result.interrupted or interrupts.pending
         facts = _reported(result, output, seconds, interrupted=interrupted) | _poses(found)
         if not interrupted:
-            how = {"level": level, "label": label, "inside": inside, "view": camera, "up": upwards}
-            report.draw(picture, lambda plot: plot.beside(data, result.mesh, **how))
+            chosen = {"level": level, "label": label, "inside": inside}
+            report.draw(picture, lambda plot: plot.beside(data, result.mesh, **chosen, **camera))
     report.tell(facts, str(output), _rows(facts), json=json)
     return report.KEPT if interrupted else 0
 

@@ -56,11 +56,6 @@ def note(message: str) -> None:
     typer.echo(f"note: {message}", err=True)
 
 
-def error(message: str) -> None:
-    """Print an error on standard error."""
-    typer.secho(f"error: {message}", err=True, fg="red")
-
-
 def table(title: str, rows: Mapping[str, Any]) -> None:
     """Print names and values as a small table."""
     from rich.console import Console
@@ -158,27 +153,11 @@ def draw(path: Path | None, plotted: Callable[[Any], Any]) -> None:
             plot.picture(path, plotted(plot))
 
 
-def unused(folder: Path, name: str) -> Path:
-    """Return an unused path in a folder: the name, or the name with a number."""
-    path, number = folder / name, 1
-    while path.exists():
-        number += 1
-        path = folder / f"{Path(name).stem}-{number}{Path(name).suffix}"
-    return path
-
-
-def direction(view: str) -> str | None:
-    """Return the view that `--view` names, None for the default."""
+def camera(view: str, up: str) -> dict[str, Any]:
+    """Return the options of plots that `--view` and `--up` name."""
     from simplexmesh._base import checks
 
     checks.choice("--view", view, VIEWS)
-    return None if view == "iso" else view
-
-
-def upward(up: str, view: str = "iso") -> str:
-    """Return the axis that points up."""
     if up != "auto" and view != "iso":
         raise ValueError(f"--up needs the view iso: --view {view} defines its own up axis")
-    from simplexmesh._base import checks
-
-    return checks.choice("--up", up, UPS)
+    return {"view": None if view == "iso" else view, "up": checks.choice("--up", up, UPS)}

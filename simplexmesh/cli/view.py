@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import count
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -35,7 +36,7 @@ def command(
 ) -> None:
     """Show a file in a window; without a display, write a picture to the current folder."""
     picture = picture and report.writable(picture, "--picture", report.PICTURES, [path, *([data] if data else [])])
-    camera, upwards = report.direction(side), report.upward(up, side)
+    camera = report.camera(side, up)
 
     with deferred_interrupts() as interrupts:
         from simplexmesh import plot
@@ -43,10 +44,7 @@ def command(
         from simplexmesh.plot.stage import fit_screen
 
         shown: Any = as_data(path)
-        options: dict[str, Any] = {
-            "scalars": scalars, "level": level, "label": label, "inside": inside,
-            "unit": unit, "view": camera, "up": upwards,
-        }  # fmt: skip
+        options = {"scalars": scalars, "level": level, "label": label, "inside": inside, "unit": unit} | camera
         if data is None:
             plotter = plot.surface(shown, title=path.name, **options)
         else:
@@ -54,7 +52,9 @@ def command(
         interrupts.check()
         windowless = picture is None and not plot.has_display()
         if windowless:
-            picture = report.writable(report.unused(Path(), f"{path.name}.png"), "the picture", report.PICTURES)
+            names = (Path(f"{path.name}{'' if k == 1 else f'-{k}'}.png") for k in count(1))
+            unused = next(name for name in names if not name.exists())
+            picture = report.writable(unused, "the picture", report.PICTURES)
         if picture is not None:
             with report.written_to(picture, "the picture"):
                 plot.picture(picture, plotter)

@@ -33,7 +33,7 @@ def as_given(value: Any, name: str = "data") -> Any:
         return read(value)
     found = converted(value, name)
     if found is not None:
-        return _welded(found)
+        return found.welded() if isinstance(found, TriangleMesh) else found
     if _is_pair(value, name):
         return TriangleMesh(*value)
     if isinstance(value, np.ndarray | list | tuple) or hasattr(value, "__array__"):
@@ -112,10 +112,6 @@ def _is_pair(value: Any, name: str) -> bool:
 
 def _is_simplex_mesh(value: Any) -> bool:
     return hasattr(value, "connectivity") and hasattr(value, "triangulated")
-
-
-def _welded(value: Any) -> Any:
-    return value.welded() if isinstance(value, TriangleMesh) else value
 
 
 def _description(value: Any, out: Any) -> str:

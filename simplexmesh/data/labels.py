@@ -19,11 +19,6 @@ def looks_like_labels(values: NDArray[Any], most: int = MOST_LABELS) -> bool:
     return found is not None and (len(found) <= 2 or _form_regions(values, max(found, key=lambda label: found[label])))
 
 
-def could_be_labels(values: NDArray[Any]) -> bool:
-    """Whether samples are acceptable as labels on request: any number of whole numbers in coherent regions."""
-    return looks_like_labels(values, values.size)
-
-
 def _form_regions(values: NDArray[Any], background: int) -> bool:
     """Whether more than half of the pairs adjacent along i, those within the background excluded, are equal."""
     equal = pairs = 0

@@ -65,7 +65,8 @@ class PointCloud(Located):
         points = _finite_rows("points", self.points)
         if len(points) < 4:
             raise ValueError(f"points must be at least 4, not {len(points)}")
-        object.__setattr__(self, "points", _frozen_points(points, self.points))
+        ours = points is self.points and points.flags.c_contiguous and not _is_writable(points)
+        object.__setattr__(self, "points", points if ours else checks.frozen(points))
         object.__setattr__(self, "data", named_arrays(self.data, len(points), "point"))
         object.__setattr__(self, "unit", unit_or_none("unit", self.unit))
         if self.normals is None:
@@ -219,13 +220,6 @@ def _finite_rows(name: str, value: Any) -> Array:
 def _is_writable(values: Any) -> bool:
     """Whether an array, or one that it is a view of, can be written to."""
     return isinstance(values, np.ndarray) and (values.flags.writeable or _is_writable(values.base))
-
-
-def _frozen_points(points: Array, given: Any) -> Array:
-    """Return a C-contiguous double array that nobody can write to unchanged, a copy of any other."""
-    if points is given and points.flags.c_contiguous and not _is_writable(points):
-        return points
-    return checks.frozen(points)
 
 
 def warn_of_steps(points: Array) -> None:

@@ -13,7 +13,7 @@ from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.html import card
 from simplexmesh._base.units import InUnits, unit_or_none
-from simplexmesh.data.labels import MOST_LABELS, could_be_labels, few_whole_numbers, looks_like_labels, slabs
+from simplexmesh.data.labels import MOST_LABELS, few_whole_numbers, looks_like_labels, slabs
 from simplexmesh.data.poses import rigid
 
 MAX_SAMPLES = 1e11
@@ -78,9 +78,6 @@ class Volume(InUnits):
         }
         for name, value in fields.items():
             object.__setattr__(self, name, value)
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(checks.frozen_state(state))
 
     def __repr__(self) -> str:
         spacing = ", ".join(f"{s:g}" for s in self.spacing)
@@ -177,7 +174,8 @@ class Volume(InUnits):
         checks.number("label", label)
         inside = self.values == label
         low, high = self.range
-        if low < high and not self.is_labels and not could_be_labels(self.values):
+        any_number = self.values.size  # of labels, as this one was asked for
+        if low < high and not self.is_labels and not looks_like_labels(self.values, any_number):
             found = f"volume holds intensities ({low:g} to {high:g}), not labels"
             raise ValueError(f"{found}; give level (--level), not label {label!r}")
         if not inside.any():

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simplexmesh._base.arrays import Array, Indices, Mask
+from simplexmesh._base.arrays import Indices, Mask
 from simplexmesh._base.errors import counted
 from simplexmesh._base.vectors import dot, norm, normalized
 from simplexmesh.mesh import face_geometry, geometry
@@ -31,8 +31,8 @@ class Report:
     problems : tuple of str
         One sentence for each kind of defect, with their number and the first few indices.
     where : dict of str to array of int
-        All indices by kind: edges for "one_sided_edges", "shared_edges" and "flat_edges", vertices for "not_finite",
-        "collinear" and "inverted", faces for "flat_faces" and "folded", pairs of faces for "crossing".
+        All indices by kind: edges for "one_sided_edges", "shared_edges" and "flat_edges", vertices for "collinear" and
+        "inverted", faces for "flat_faces" and "folded", pairs of faces for "crossing".
 
     Examples
     --------
@@ -59,7 +59,6 @@ class Report:
 SENTENCES = {
     "one_sided_edges": ("edge has", "edges have", "the same face on both sides"),
     "shared_edges": ("edge joins", "edges join", "two faces that already share another edge"),
-    "not_finite": ("vertex is", "vertices are", "not finite"),
     "flat_edges": ("edge has", "edges have", "no length"),
     "collinear": ("vertex has", "vertices have", "collinear neighbors"),
     "flat_faces": ("face has", "faces have", "no area"),
@@ -70,12 +69,6 @@ SENTENCES = {
 """For each kind of defect, the subject in singular and in plural, and the rest of the sentence."""
 
 Defects = dict[str, NDArray[Any]]
-
-
-def _first_few(found: NDArray[Any]) -> str:
-    """Return the first three indices or pairs as text."""
-    first = ", ".join(str(index) for index in found[:3].tolist())
-    return first + (", ..." if len(found) > 3 else "")
 
 
 def _incomplete(connectivity: Connectivity) -> Defects:
@@ -90,14 +83,14 @@ def _incomplete(connectivity: Connectivity) -> Defects:
     return {"one_sided_edges": same, "shared_edges": np.flatnonzero(repeated)}
 
 
-def degenerate(vertices: Array, connectivity: Connectivity) -> Defects:
+def degenerate(mesh: SimplexMesh) -> Defects:
     """Return the edges of zero length, the vertices with collinear neighbors, and the faces of zero area."""
-    a, b = vertices[connectivity.edge_vertices].transpose(1, 0, 2)
+    c = mesh.connectivity
+    a, b = mesh.vertices[c.edge_vertices].transpose(1, 0, 2)
     length = norm(a - b)
     mean = float(length.mean())
-    _, radius = geometry.circumcircle(vertices, connectivity.neighbors)
-    area = face_geometry.face_areas(vertices, connectivity.face_vertices, connectivity.face_offsets)
-    flat = ~connectivity.face_is_hole & (area <= DEGENERATE * mean**2)
+    _, radius = geometry.circumcircle(mesh.vertices, c.neighbors)
+    flat = ~c.face_is_hole & (mesh.face_areas <= DEGENERATE * mean**2)
     return {
         "flat_edges": np.flatnonzero(length <= DEGENERATE * mean),
         "collinear": np.flatnonzero(~(radius * DEGENERATE < mean)),
@@ -105,24 +98,24 @@ def degenerate(vertices: Array, connectivity: Connectivity) -> Defects:
     }
 
 
-def misoriented(vertices: Array, connectivity: Connectivity, creased: Mask | None = None) -> tuple[Mask, Mask]:
+def misoriented(mesh: SimplexMesh) -> tuple[Mask, Mask]:
     """Return masks of inverted vertices (n,), whose normal opposes their faces, and of folded faces (f,).
 
-    Vertices on creases, `creased` (n,), have no normal of their own: there the normals of the faces count.
+    Vertices on creases have no normal of their own: there the normals of the faces count.
     """
-    loops = connectivity.face_vertices, connectivity.face_offsets
-    normals = geometry.normals(vertices, connectivity.neighbors)
-    vectors = face_geometry.fan_vectors(vertices, *loops)
+    c = mesh.connectivity
+    loops = c.face_vertices, c.face_offsets
+    vectors = face_geometry.fan_vectors(mesh.vertices, *loops)
     of_face = np.add.reduceat(vectors, loops[1][:-1], axis=0)
-    of_face[connectivity.face_is_hole] = 0
-    face_sum = of_face[connectivity.face].sum(axis=1)
-    inverted: Mask = np.asarray(dot(normals, face_sum) < 0)
-    at_corners = normals[loops[0]]
-    if creased is not None:
+    of_face[c.face_is_hole] = 0
+    face_sum = of_face[c.face].sum(axis=1)
+    inverted: Mask = np.asarray(dot(mesh.normals, face_sum) < 0)
+    at_corners = mesh.normals[loops[0]]
+    if (creased := creased_vertices(mesh)) is not None:
         inverted &= ~creased
         sharp = creased[loops[0]]
         at_corners[sharp] = normalized(of_face)[np.repeat(np.arange(len(of_face)), np.diff(loops[1]))[sharp]]
-    folded = (face_geometry.face_inversions(vectors, at_corners, *loops) > 0) & ~connectivity.face_is_hole
+    folded = (face_geometry.face_inversions(vectors, at_corners, *loops) > 0) & ~c.face_is_hole
     return inverted, np.asarray(folded)
 
 
@@ -132,25 +125,21 @@ def creased_vertices(mesh: SimplexMesh) -> Mask | None:
     return None if marks is None else np.asarray(marks, bool)
 
 
-def check(
-    vertices: Array, connectivity: Connectivity, *, crossings: bool = False, creased: Mask | None = None
-) -> Report:
-    """Return the defects of a mesh; if positions are not finite, the geometric checks are left out."""
-    found = _incomplete(connectivity) | {"not_finite": np.flatnonzero(~np.isfinite(vertices).all(axis=1))}
+def check(mesh: SimplexMesh, *, crossings: bool = False) -> Report:
+    """Return the defects of a mesh."""
     problems = []
-    if not len(found["not_finite"]):
-        volume = face_geometry.enclosed_volume(vertices, connectivity.face_vertices, connectivity.face_offsets)
-        if volume < 0 and not connectivity.n_holes:
-            problems.append(f"the mesh is inside out: it encloses a volume of {volume:g}")
-        inverted, folded = misoriented(vertices, connectivity, creased)
-        found |= degenerate(vertices, connectivity)
-        found |= {"inverted": np.flatnonzero(inverted), "folded": np.flatnonzero(folded)}
-        if crossings:
-            found["crossing"] = self_intersections(vertices, connectivity)
+    if mesh.volume < 0 and not mesh.n_holes:
+        problems.append(f"the mesh is inside out: it encloses a volume of {mesh.volume:g}")
+    inverted, folded = misoriented(mesh)
+    found = _incomplete(mesh.connectivity) | degenerate(mesh)
+    found |= {"inverted": np.flatnonzero(inverted), "folded": np.flatnonzero(folded)}
+    if crossings:
+        found["crossing"] = self_intersections(mesh.vertices, mesh.connectivity)
     where = {kind: indices for kind, indices in found.items() if len(indices)}
     for kind, indices in where.items():
         one, several, what = SENTENCES[kind]
-        problems.append(f"{counted(len(indices), one, several)} {what}: {_first_few(indices)}")
+        first = ", ".join(map(str, indices[:3].tolist())) + (", ..." if len(indices) > 3 else "")
+        problems.append(f"{counted(len(indices), one, several)} {what}: {first}")
     return Report(tuple(problems), where)
 
 
@@ -161,7 +150,7 @@ def tangled_vertices(mesh: SimplexMesh) -> Mask:
 
 def tangled_with(mesh: SimplexMesh, pairs: Indices) -> Mask:
     """Return the tangled vertices (n,), given the pairs (m, 2) of faces that cross."""
-    c, found = mesh.connectivity, degenerate(mesh.vertices, mesh.connectivity)
+    c, found = mesh.connectivity, degenerate(mesh)
     faces = np.zeros(len(c.face_sizes), bool)
     faces[found["flat_faces"]] = True
     faces[pairs.ravel()] = True
@@ -172,5 +161,5 @@ def tangled_with(mesh: SimplexMesh, pairs: Indices) -> Mask:
 
 def folded_vertices(mesh: SimplexMesh) -> Mask:
     """Return a mask (n,) of the vertices inverted or on folded faces: a fast test that finds most tangles."""
-    inverted, folded = misoriented(mesh.vertices, mesh.connectivity, creased_vertices(mesh))
+    inverted, folded = misoriented(mesh)
     return np.asarray(inverted | folded[mesh.connectivity.vertex_faces].any(axis=1))

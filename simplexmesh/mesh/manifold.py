@@ -10,38 +10,28 @@ from simplexmesh._base.vectors import cross, dot
 from simplexmesh.mesh import _kernels
 
 
-def without_degenerate(faces: Indices) -> tuple[Indices, list[str]]:
-    """Return the triangles without those that repeat a corner, and a phrase for the repair, if any."""
-    a, b, c = faces.T
-    degenerate = (a == b) | (b == c) | (c == a)
-    if not degenerate.any():
-        return faces, []
-    dropped = counted(int(degenerate.sum()), "triangle", "triangles")
-    return faces[~degenerate], [f"dropped {dropped} with a repeated corner"]
-
-
-def without_duplicates(faces: Indices) -> tuple[Indices, list[str]]:
-    """Return the triangles without duplicates, in any order of corners, and a phrase for the repair, if any."""
-    corners = np.sort(faces, axis=1)
-    order = np.lexsort(corners.T)
-    duplicate = np.zeros(len(faces), bool)
-    duplicate[order[1:]] = (np.diff(corners[order], axis=0) == 0).all(axis=1)
-    if not duplicate.any():
-        return faces, []
-    return faces[~duplicate], [f"dropped {counted(int(duplicate.sum()), 'duplicate triangle', 'duplicate triangles')}"]
-
-
 def matched(faces: Indices) -> tuple[Indices, Indices, list[str]]:
-    """Return valid triangles, their half-edges as from `half_edge_mates`, and phrases for the repairs, or raise."""
-    faces, repairs = without_degenerate(faces)
+    """Return triangles without repeated corners and duplicates, their half-edges, and phrases for repairs, or raise."""
+    repairs = []
+    a, b, c = faces.T
+    if (degenerate := (a == b) | (b == c) | (c == a)).any():
+        dropped = counted(int(degenerate.sum()), "triangle", "triangles")
+        repairs.append(f"dropped {dropped} with a repeated corner")
+        faces = faces[~degenerate]
     if not len(faces):
         raise TopologyError("triangles must have a face with three different corners, not none")
     mates, nonmanifold = _kernels.half_edge_mates(faces)
     a, b, c = (mates // 3).reshape(-1, 3).T
-    if nonmanifold >= 0 or ((a == b) & (b == c) & (a >= 0)).any():
-        faces, more = without_duplicates(faces)
-        return faces, half_edge_mates(faces), repairs + more
-    return faces, mates.reshape(-1, 3), repairs
+    if nonmanifold < 0 and not ((a == b) & (b == c) & (a >= 0)).any():
+        return faces, mates.reshape(-1, 3), repairs
+    corners = np.sort(faces, axis=1)  # there may be duplicates
+    order = np.lexsort(corners.T)
+    duplicate = np.zeros(len(faces), bool)
+    duplicate[order[1:]] = (np.diff(corners[order], axis=0) == 0).all(axis=1)
+    if duplicate.any():
+        repairs.append(f"dropped {counted(int(duplicate.sum()), 'duplicate triangle', 'duplicate triangles')}")
+        faces = faces[~duplicate]
+    return faces, half_edge_mates(faces), repairs
 
 
 def half_edge_mates(faces: Indices) -> Indices:

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
-from simplexmesh._base.vectors import normalized
+from simplexmesh._base.vectors import normalized, tangents
 from simplexmesh.mesh import lattices, resolution
 from simplexmesh.mesh.duality import dual
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
@@ -266,6 +266,4 @@ def _placed(points: Array, center: ArrayLike, axis: ArrayLike) -> Array:
     if not z.any():
         raise ValueError("axis must have a direction, not [0, 0, 0]")
     z = normalized(z / np.abs(z).max())
-    across = np.array([1.0, 0, 0]) if abs(z[0]) < 0.9 else np.array([0, 1.0, 0])
-    y = normalized(np.cross(z, across))
-    return points @ np.stack([np.cross(y, z), y, z]) + checks.array("center", center, (3,))
+    return points @ np.stack([*tangents(z), z]) + checks.array("center", center, (3,))

@@ -15,10 +15,10 @@ from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices32
 from simplexmesh._base.errors import TopologyError
 from simplexmesh._base.html import card
-from simplexmesh._base.named_arrays import Located, named_arrays
+from simplexmesh._base.named_arrays import Located, joined, named_arrays
 from simplexmesh._base.units import unit_or_none
 from simplexmesh.mesh import face_geometry, geometry, triangulation
-from simplexmesh.mesh.check import Report, check, creased_vertices
+from simplexmesh.mesh.check import Report, check
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.contours import Contour
 from simplexmesh.mesh.paths import path_vertices, same_edges
@@ -195,8 +195,7 @@ class SimplexMesh(Located):
         >>> print(sphere(4).check(self_intersections=True))
         nothing wrong
         """
-        crossings = checks.flag("self_intersections", self_intersections)
-        return check(self._measured, self.connectivity, crossings=crossings, creased=creased_vertices(self))
+        return check(self, crossings=checks.flag("self_intersections", self_intersections))
 
     # ---- contours
 
@@ -301,12 +300,13 @@ class SimplexMesh(Located):
         80
         """
         checks.choice("method", method, ["fan", "curved", "dual"])
-        c, of = self.connectivity, triangulation.data_of_fan
+        c = self.connectivity
+        data = triangulation.data_of_faces(self.data, c)
         if method == "dual":
-            (points, triangles), of = triangulation.dual_triangles(self.vertices, c), triangulation.data_of_dual
+            points, triangles = triangulation.dual_triangles(self.vertices, c)
         elif method == "curved":
             points, triangles = triangulation.curved_fan(self.vertices, self.normals, c, self.data.get("crease"))
         else:
             points, triangles = triangulation.fan(self.vertices, c)
         kind = importlib.import_module("simplexmesh.data.triangles").TriangleMesh
-        return kind(points, triangles, of(self.data, c), self.unit)
+        return kind(points, triangles, data if method == "dual" else joined([self.data, data]), self.unit)

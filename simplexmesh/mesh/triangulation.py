@@ -56,13 +56,8 @@ def dual_triangles(vertices: Array, connectivity: Connectivity) -> tuple[Array, 
     return centroids[solid], triangles
 
 
-def data_of_fan(data: Data, connectivity: Connectivity) -> dict[str, NDArray[Any]]:
-    """Return the rows of named arrays for what `fan` returns."""
-    return joined([data, data_of_dual(data, connectivity)]) if data else {}
-
-
-def data_of_dual(data: Data, connectivity: Connectivity) -> dict[str, NDArray[Any]]:
-    """Return the rows of named arrays for what `dual_triangles` returns: means over the vertices of each face."""
+def data_of_faces(data: Data, connectivity: Connectivity) -> dict[str, NDArray[Any]]:
+    """Return named arrays of the solid faces: means over the vertices of each."""
     if not data:
         return {}
     solid = np.flatnonzero(~connectivity.face_is_hole)

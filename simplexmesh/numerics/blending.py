@@ -33,19 +33,12 @@ def _mean(values: NDArray[Any], weights: Array) -> NDArray[Any]:
 def _light(colors: NDArray[np.uint8], weights: Array) -> NDArray[np.uint8]:
     """Return the mean of (n, k, 3 or 4) colors as light adds up: decoded from sRGB; opacity is averaged as it is."""
     share = colors / 255.0
-    share[..., :3] = _decoded(share[..., :3])
+    s = share[..., :3]
+    share[..., :3] = np.where(s <= 0.04045, s / 12.92, ((s + 0.055) / 1.055) ** 2.4)  # IEC 61966-2-1
     mean = _mean(share, weights)
-    mean[..., :3] = _encoded(mean[..., :3])
+    s = mean[..., :3]
+    mean[..., :3] = np.where(s <= 0.0031308, 12.92 * s, 1.055 * np.maximum(s, 0.0) ** (1 / 2.4) - 0.055)
     return np.rint(255 * mean).astype(np.uint8)
-
-
-def _decoded(s: Array) -> Array:
-    """Return the light of shares of sRGB (IEC 61966-2-1)."""
-    return np.where(s <= 0.04045, s / 12.92, ((s + 0.055) / 1.055) ** 2.4)
-
-
-def _encoded(light: Array) -> Array:
-    return np.where(light <= 0.0031308, 12.92 * light, 1.055 * np.maximum(light, 0.0) ** (1 / 2.4) - 0.055)
 
 
 def _majority(values: NDArray[Any], weights: Array) -> NDArray[Any]:

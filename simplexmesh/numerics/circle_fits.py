@@ -6,7 +6,7 @@ import numpy as np
 
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import cross, norm, normalized, tangents
-from simplexmesh.numerics.robust import robust_scale, robust_weights
+from simplexmesh.numerics.robust import robust_scale, robust_weights, weighted_quantiles
 
 SAMPLES = 300
 """Circles through three random points that are scored."""
@@ -72,7 +72,7 @@ def sampled_circle(at: Array, weight: Array) -> tuple[Array, Array, float] | Non
     centers, radii = a + to_centers, norm(to_centers)
     # the least weighted median distance, with a penalty on circles much larger than the extent of the points
     off = [
-        _weighted_median(norm(circle_residuals(at, *circle)[0]), weight) + 0.01 * circle[2] * (circle[2] > 2)
+        weighted_quantiles(norm(circle_residuals(at, *circle)[0]), weight, 0.5) + 0.01 * circle[2] * (circle[2] > 2)
         for circle in zip(centers, normals, radii, strict=True)
     ]
     best = int(np.argmin(off))
@@ -82,9 +82,3 @@ def sampled_circle(at: Array, weight: Array) -> tuple[Array, Array, float] | Non
 def _probabilities(weight: Array) -> Array:
     shares = weight + 1e-6 * weight.max()
     return np.asarray(shares / shares.sum())
-
-
-def _weighted_median(values: Array, weights: Array) -> float:
-    order = np.argsort(values)
-    mass = np.cumsum(weights[order])
-    return float(values[order[np.searchsorted(mass, 0.5 * mass[-1])]])

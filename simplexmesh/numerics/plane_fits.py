@@ -26,11 +26,21 @@ class Planes:
 
 def planes(points: Array) -> Planes:
     """Return the planes through the nearest neighbors of each point: 16, or 40 if the noise exceeds 0.45 spacings."""
-    tree, few = cKDTree(points), min(FEW_NEIGHBORS, len(points))
-    some = _fit(tree, _some(tree), few)
-    if some.noise > NOISE_RATIO * some.spacing and len(points) > 2 * MANY_NEIGHBORS:
-        return _fit(tree, points, MANY_NEIGHBORS)
-    return some if len(some.normals) == len(points) else _fit(tree, points, few)
+    tree = cKDTree(points)
+    some, count = _fit_some(tree)
+    return some if len(some.normals) == len(points) else _fit(tree, points, count)
+
+
+def thinned(points: Array) -> Array:
+    """Return every, every second, fourth ... of the points, such that they are as far apart as their noise or more.
+
+    Neighbors nearer than that lie about a point in all directions, and tell no plane.
+    """
+    while True:
+        some, count = _fit_some(cKDTree(points))
+        if some.noise <= some.spacing or count < MANY_NEIGHBORS:
+            return points
+        points = points[::2]
 
 
 def spacing_of(tree: cKDTree) -> float:
@@ -38,6 +48,14 @@ def spacing_of(tree: cKDTree) -> float:
     count = min(FEW_NEIGHBORS, tree.n)
     distance = tree.query(_some(tree), k=[count], workers=-1)[0]
     return spacing_within(distance, count)
+
+
+def _fit_some(tree: cKDTree) -> tuple[Planes, int]:
+    """Return planes at some of the points of a tree, through as many neighbors as their noise asks for."""
+    some = _fit(tree, _some(tree), min(FEW_NEIGHBORS, tree.n))
+    if some.noise > NOISE_RATIO * some.spacing and tree.n > 2 * MANY_NEIGHBORS:
+        return _fit(tree, _some(tree), MANY_NEIGHBORS), MANY_NEIGHBORS
+    return some, min(FEW_NEIGHBORS, tree.n)
 
 
 def _some(tree: cKDTree) -> Array:

@@ -76,7 +76,7 @@ def looked_at(
         plotter.window_size = _window(shown[0], bands)
     for box, renderer in zip(boxes, panels, strict=True):
         if box is not None:
-            _place(renderer, box, axes, _scale(box, renderer, bands), bands)
+            _place(renderer, box, axes, bands)
     if shared:
         plotter.link_views()
     return plotter
@@ -150,15 +150,6 @@ def _window(box: tuple[Array, Array], bands: Array) -> list[int]:
     return [int(10 * round(0.1 * (a + share * (b - a)))) for a, b in zip(TALL, WIDE, strict=True)]
 
 
-def _scale(box: tuple[Array, Array], renderer: Any, bands: Array) -> float:
-    """Return the parallel scale, half the height of the picture in the unit of length, at which a box fits."""
-    width, height, _ = box[1] - box[0]
-    top, bottom, left = bands
-    across, down = 1 - left - 2 * MARGIN, 1 - top - bottom - 2 * MARGIN
-    least = 1e-9 + 1e-9 * float(np.abs(box).max())
-    return max(0.5 * width / (across * _aspect(renderer)), 0.5 * height / down, least)
-
-
 def _aspect(renderer: Any) -> float:
     """Return the width of a panel over its height."""
     x0, y0, x1, y1 = renderer.GetViewport()
@@ -166,11 +157,14 @@ def _aspect(renderer: Any) -> float:
     return float(width * (x1 - x0) / (height * (y1 - y0)))
 
 
-def _place(renderer: Any, box: tuple[Array, Array], axes: Array, scale: float, bands: Array) -> None:
-    """Put a panel's camera in front of the center of a box, shifted by the reserved bands."""
-    top, bottom, left = bands
-    middle = 0.5 * (box[0] + box[1])
-    middle = middle - np.array([left * scale * _aspect(renderer), (bottom - top) * scale, 0.0])
+def _place(renderer: Any, box: tuple[Array, Array], axes: Array, bands: Array) -> None:
+    """Put a panel's camera in front of the center of a box, where it fits between the reserved bands."""
+    aspect = _aspect(renderer)
+    (width, height, _), (top, bottom, left) = box[1] - box[0], bands
+    least = 1e-9 + 1e-9 * float(np.abs(box).max())
+    wide, tall = width / (aspect * (1 - left - 2 * MARGIN)), height / (1 - top - bottom - 2 * MARGIN)
+    scale = max(0.5 * wide, 0.5 * tall, least)  # half the height of the picture in the unit of length
+    middle = 0.5 * (box[0] + box[1]) - np.array([left * scale * aspect, (bottom - top) * scale, 0.0])
     away = 2.0 * float(np.linalg.norm(box[1] - box[0])) + scale
     camera = renderer.camera
     camera.enable_parallel_projection()

@@ -11,6 +11,8 @@ import pyvista as pv
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
+from simplexmesh._base.units import power_of_unit
+from simplexmesh.numerics.robust import weighted_quantiles
 from simplexmesh.plot.camera import BAR_NAME, LEGEND_NAME
 from simplexmesh.plot.stage import INK
 
@@ -63,24 +65,16 @@ def ends(values: Array, limits: Any, areas: Array) -> tuple[float, float]:
     known, seen = values[there], areas[there]
     if not len(known):
         return 0.0, 1.0
-    low, high = _percentiles(known, seen, [100 - SHOWN, SHOWN])
+    seen = seen if seen.sum() > 0 else np.ones(len(known))
+    low, high = weighted_quantiles(known, seen, np.divide([100 - SHOWN, SHOWN], 100)).tolist()
     if low < 0 < high:
-        middle, often, nearly_all = _percentiles(np.abs(known), seen, [50.0, OFTEN, SHOWN])
+        shares = np.divide([50.0, OFTEN, SHOWN], 100)
+        middle, often, nearly_all = weighted_quantiles(np.abs(known), seen, shares).tolist()
         high = _rounded(min(max(MOST * middle, often) or nearly_all, nearly_all))  # the median may be zero
         low = -high
     elif 0 <= low < 0.5 * high:
         low, high = 0.0, _rounded(high)
     return (low, high) if low < high else (low - 0.5, low + 0.5)
-
-
-def _percentiles(values: Array, weights: Array, percents: Sequence[float]) -> list[float]:
-    """Return the weighted percentiles of values."""
-    order = np.argsort(values)
-    mass = np.cumsum(weights[order])
-    if not mass[-1] > 0:
-        mass = np.arange(1.0, len(values) + 1)
-    places = np.searchsorted(mass, np.asarray(percents) / 100 * mass[-1])
-    return [float(x) for x in values[order][np.minimum(places, len(values) - 1)]]
 
 
 def _format(low: float, high: float) -> str:
@@ -122,8 +116,8 @@ def scale(values: Array, title: str, *, diverging: bool, limits: tuple[float, fl
 
 def titled(name: str, unit: str, power: int) -> str:
     """Return the title of a scale: the name of the quantity with its unit, a power of the unit of length."""
-    spelled = {1: unit, -1: f"1/{unit}"}.get(power, "") if unit else ""
-    return f"{name} ({spelled})" if spelled else name
+    of = power_of_unit(unit, power)
+    return f"{name} ({of})" if of else name
 
 
 def bar(title: str, low: float, high: float) -> dict[str, Any]:

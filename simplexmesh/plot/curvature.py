@@ -10,6 +10,7 @@ import pyvista as pv
 from simplexmesh._base import checks
 from simplexmesh.plot.camera import looked_at, upright
 from simplexmesh.plot.classes import classes
+from simplexmesh.plot.color_scale import titled
 from simplexmesh.plot.heat import heat
 from simplexmesh.plot.polydata import as_surface
 from simplexmesh.plot.stage import stage
@@ -67,10 +68,9 @@ def curvature(
     salience = saliency(samples, curvature=known)
     points = salient_points(samples, curvature=known, count=count)
     plotter = stage(columns=4)
-    per = (f" (1/{unit})", f" (1/{unit}²)") if unit else ("", "")
-    heat(shown, known.mean, name=f"mean curvature H{per[0]}", title=title, plotter=plotter)
+    heat(shown, known.mean, name=titled("mean curvature H", unit, -1), title=title, plotter=plotter)
     plotter.subplot(0, 1)
-    heat(shown, known.gauss, name=f"Gaussian curvature K{per[1]}", plotter=plotter)
+    heat(shown, known.gauss, name=titled("Gaussian curvature K", unit, -2), plotter=plotter)
     plotter.subplot(0, 2)
     heat(shown, salience, name="saliency (rad)", marks=points, plotter=plotter)
     plotter.subplot(0, 3)

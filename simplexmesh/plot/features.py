@@ -13,7 +13,7 @@ from simplexmesh._base.arrays import Indices
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.plot.camera import looked_at, upright
 from simplexmesh.plot.polydata import colored
-from simplexmesh.plot.stage import COLORS_LIT, INK, add, headline, stage
+from simplexmesh.plot.stage import COLORS_LIT, INK, add, behind, headline, stage
 from simplexmesh.surface.features.exporting import polylines
 from simplexmesh.surface.features.feature_lines import prepared
 from simplexmesh.surface.features.lines.network import FeatureNetwork
@@ -81,7 +81,7 @@ def features(
     network = zones.network if network is None else checks.instance("network", network, FeatureNetwork)
     alone, plotter = plotter is None, stage() if plotter is None else plotter
     shown = zones.mesh
-    _behind(add(plotter, _painted(zones), COLORS_LIT, scalars="zones", rgb=True), _depth(network))
+    behind(add(plotter, _painted(zones), COLORS_LIT, scalars="zones", rgb=True), _depth(network) * DEPTHS)
     smooth = [line for line, _ in zones.boundaries if line.kind != "C0"]
     for lines, radius in ((network.lines, SHARP), (smooth, SMOOTH)):
         if lines:
@@ -99,13 +99,6 @@ def _depth(network: FeatureNetwork) -> float:
     mesh = network.mesh
     off = [np.linalg.norm(line.points - mesh.vertices[line.vertices], axis=1) for line in network.lines]
     return min(float(np.quantile(np.concatenate(off), 0.9)) / mesh.diagonal, DEEPEST) if off else 0.0
-
-
-def _behind(actor: Any, depth: float) -> None:
-    """Draw a surface as if it were farther away, so that lines slightly under it are seen."""
-    actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
-    actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(2.0, depth * DEPTHS)
-    actor.mapper.SetResolveCoincidentTopologyPointOffsetParameter(0.0)  # as in `plot.surface`
 
 
 def _painted(zones: Zones) -> pv.PolyData:

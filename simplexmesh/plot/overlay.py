@@ -10,7 +10,6 @@ import pyvista as pv
 from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
-from simplexmesh._base.arrays import Array
 from simplexmesh.plot.camera import looked_at, upright
 from simplexmesh.plot.polydata import as_drawable, check_choice, geometry
 from simplexmesh.plot.stage import SURFACE_LIT, add, headline, stage
@@ -55,9 +54,8 @@ def overlay(
     things = [as_drawable(each) for each in (source, target)]
     check_choice(things, level, label, inside)
     surfaces = [geometry(each, level, label, inside)[0] for each in things]
-    shift, size = _middle(surfaces[1]) - _middle(surfaces[0]), float(np.linalg.norm(np.ptp(surfaces[1].points, axis=0)))
-    away = np.eye(4)
-    if np.linalg.norm(shift) > size:
+    shift, away = np.subtract(surfaces[1].center, surfaces[0].center), np.eye(4)
+    if np.linalg.norm(shift) > surfaces[1].length:
         away[:3, 3] = shift
     plotter = stage(columns=2)
     for column, (motion, title) in enumerate(zip((away, T), titles, strict=True)):
@@ -66,7 +64,3 @@ def overlay(
             add(plotter, polydata.transform(M, inplace=False), SURFACE_LIT, color=color)
         headline(plotter, title)
     return looked_at(plotter, view, up=upright(things[1], up))
-
-
-def _middle(polydata: pv.PolyData) -> Array:
-    return np.asarray(0.5 * (polydata.points.min(axis=0) + polydata.points.max(axis=0)), dtype=float)

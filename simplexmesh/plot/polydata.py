@@ -22,7 +22,7 @@ from simplexmesh.data.volume import Volume
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 MOST_POINTS = 200_000
-"""Points drawn of a cloud, a random subset of very many."""
+"""Points drawn of a cloud, of more a random subset, or an even one beside primitives."""
 
 CREASE, SMOOTH = 30.0, 60.0
 """Feature angles in degrees: triangles that meet at a larger one are shaded with a sharp edge. The second is for
@@ -98,8 +98,7 @@ def colored(shown: Any, name: str, values: Array) -> pv.PolyData:
         polydata = _fan(shown, **{name: per_point(shown, values)})
     elif isinstance(shown, PointCloud):
         kept = _kept(len(values))
-        normals = None if shown.normals is None else shown.normals[kept]
-        polydata = _cloud(PointCloud(shown.points[kept], normals))
+        polydata = _cloud(shown.selected(kept))
         polydata[name] = np.repeat(values[kept], polydata.n_points // len(kept), axis=0)
     else:
         polydata = _faces(shown.vertices, shown.faces)

@@ -12,6 +12,7 @@ from simplexmesh.cloud.extraction.result import Extraction
 from simplexmesh.data.conversion import as_points
 from simplexmesh.data.primitives import Primitive
 from simplexmesh.plot.camera import looked_at, upright
+from simplexmesh.plot.polydata import MOST_POINTS
 from simplexmesh.plot.stage import INK, SURFACE_LIT, add, headline, stage
 
 COLORS = {
@@ -24,9 +25,6 @@ COLORS = {
     "circle": INK,
 }
 """Colors of kinds."""
-
-MOST_POINTS = 200_000
-"""Points drawn; of more, an even part."""
 
 
 def primitives(

@@ -60,7 +60,10 @@ def scalars_of(
     if wanted == "distance" and is_model and data is not None:
         return Scalars(_distances(shown, as_drawable(data), level, label, inside), "distance to the data", 1)
     if wanted == "deviation" and data is not None:
-        return Scalars(_deviations(shown, as_drawable(data)), "deviation from the data", 1, diverging=True)
+        target = as_drawable(data)
+        if isinstance(target, PointCloud | Volume):
+            raise TypeError(f"scalars 'deviation' needs a surface as data, not {type(target).__name__}")
+        return Scalars(deviation(shown, target).distances, "deviation from the data", 1, diverging=True)
     measured = ["distance", "deviation"] if is_model else ["deviation"]
     if wanted in measured and wanted not in shown.data:
         raise ValueError(f"scalars {wanted!r} needs data to measure to: data is None, and the mesh has no such array")
@@ -75,13 +78,6 @@ def scalars_of(
 
 def _has_both_signs(values: Array) -> bool:
     return bool((values < 0).any() and (values > 0).any())
-
-
-def _deviations(shown: Any, data: Any) -> Array:
-    """Return signed distances from vertices or points to the surface that the data is."""
-    if isinstance(data, PointCloud | Volume):
-        raise TypeError(f"scalars 'deviation' needs a surface as data, not {type(data).__name__}")
-    return deviation(shown, data).distances
 
 
 def _distances(mesh: SimplexMesh, data: Any, level: float | None, label: int | None, inside: str) -> Array:

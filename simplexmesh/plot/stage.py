@@ -75,6 +75,14 @@ def add(plotter: pv.Plotter, polydata: pv.PolyData, light: dict[str, float], **s
     return plotter.add_mesh(polydata, smooth_shading=True, **light, **style)
 
 
+def behind(actor: Any, steps: float) -> None:
+    """Draw a surface as if it were farther away by some steps of depth, so that lines in it, or under it, are seen."""
+    actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
+    actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(2.0, steps)
+    # The mode is global in VTK. With its default offset for points, half of those drawn as spheres would be hidden.
+    actor.mapper.SetResolveCoincidentTopologyPointOffsetParameter(0.0)
+
+
 def picture(path: str | Path, plotter: pv.Plotter, *, close: bool = True) -> Path:
     """Write the picture of a plotter to a file, completely or not at all.
 

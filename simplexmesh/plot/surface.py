@@ -22,7 +22,7 @@ from simplexmesh.plot.heat import heat
 from simplexmesh.plot.overlay import COLORS
 from simplexmesh.plot.polydata import as_drawable, check_choice, colored, geometry, painted_with
 from simplexmesh.plot.scalars import scalars_of
-from simplexmesh.plot.stage import COLORS_LIT, INK, SURFACE_LIT, add, grid, headline, quiet, stage
+from simplexmesh.plot.stage import COLORS_LIT, INK, SURFACE_LIT, add, behind, grid, headline, quiet, stage
 from simplexmesh.surface.features.lines.network import FeatureNetwork
 from simplexmesh.surface.features.zoning.result import Zones
 
@@ -129,10 +129,7 @@ def surface(
         light = COLORS_LIT
     actor = add(plotter, polydata, light, opacity=opacity, **style)
     if not is_cloud:
-        actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()  # so that edges are drawn in front of faces
-        actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(2.0, 2.0)
-        # The mode is global in VTK. With its default offset for points, half of those drawn as spheres would be hidden.
-        actor.mapper.SetResolveCoincidentTopologyPointOffsetParameter(0.0)
+        behind(actor, 2.0)  # its edges
     wanted = shown.n_vertices <= MOST_EDGES if isinstance(shown, SimplexMesh) and edges is None else edges
     if wanted and isinstance(shown, Volume):
         lines = polydata.extract_all_edges()

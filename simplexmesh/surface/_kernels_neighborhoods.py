@@ -106,10 +106,7 @@ def _grown(found):
 
 @njit(cache=True)
 def within(offsets, members, points, centers, steps, radius, most):
-    """Return CSR (offsets, members) of the vertices so many edges away that lie in a ball, over such vertices.
-
-    Ring by ring, without the center. Stops beyond `most` members in all, as the last offset shows.
-    """
+    """Return CSR (offsets, members) of the vertices so many edges away in a ball, over such, until more than `most`."""
     stamp = np.full(points.shape[0], -1, np.int64)
     starts = np.zeros(centers.shape[0] + 1, np.int64)
     found = np.empty(max(16, 8 * centers.shape[0]), np.int64)

@@ -19,7 +19,6 @@ from simplexmesh._base.vectors import norm
 from simplexmesh.data.foreign import converted
 from simplexmesh.data.points import PointCloud, cloud_of_rows
 from simplexmesh.data.triangles import TriangleMesh
-from simplexmesh.numerics import _kernels_balls as balls
 from simplexmesh.surface import _kernels_neighborhoods as kernels
 from simplexmesh.surface.neighborhoods import Ball, Nearest, Neighborhood, Neighborhoods, Rings
 
@@ -28,6 +27,9 @@ CLOUD_NEIGHBORS = 12
 
 MAX_MEMBERS = 2**28
 """Limit on the neighbors of all centers together: 2 GB."""
+
+AT_A_TIME = 2**24
+"""Neighbors in balls that are found together: SciPy's pairs take four times the memory of the result."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +95,7 @@ class SampledSurface:
             return self.one_ring if vertices is None else self.one_ring.taken(centers)
         radius, steps = (neighborhood.radius, n) if isinstance(neighborhood, Ball) else (np.inf, neighborhood.count)
         if isinstance(neighborhood, Ball) and not (neighborhood.connected and self.is_connected):
-            offsets, members = _in_balls(self.points, centers, radius)
+            offsets, members = _in_balls(self.tree, centers, radius)
         else:
             ring = (self.one_ring.offsets, self.one_ring.members)
             offsets, members = kernels.within(*ring, self.points, centers, steps, radius, MAX_MEMBERS)
@@ -120,20 +122,19 @@ def wedges_between(ring: Neighborhoods) -> tuple[Indices, Indices, Indices]:
     return offsets, ring.members[kept], behind[kept]
 
 
-def _in_balls(points: Array, centers: Indices, radius: float) -> tuple[Indices, Indices]:
+def _in_balls(tree: cKDTree, centers: Indices, radius: float) -> tuple[Indices, Indices]:
     """Return CSR (offsets, members) of all points within `radius` of each center, ascending."""
-    low = points.min(axis=0)
-    width = max(radius, float((points.max(axis=0) - low).max()) / (2**balls.BITS - 4))
-    found = balls.cell_keys(points, low, width)
-    order = np.argsort(found, kind="stable")
-    cells = balls.Cells(points, found[order], order, low, width, radius)
-    counts = np.zeros(len(centers), np.int64)
-    balls.count(centers, cells, counts)
-    offsets = np.concatenate([[0], np.cumsum(counts)])
-    _check_total(offsets[-1], Ball(radius, connected=False))
-    members = np.zeros(offsets[-1], np.int64)
-    balls.fill(centers, cells, offsets, members)
-    return offsets, members
+    total = int(tree.count_neighbors(cKDTree(tree.data[centers]), radius))
+    _check_total(total - len(centers), Ball(radius, connected=False))
+    counts, members = [np.zeros(1, np.int64)], [np.zeros(0, np.int64)]
+    for some in np.array_split(centers, 1 + total // AT_A_TIME):
+        pairs = cKDTree(tree.data[some]).sparse_distance_matrix(tree, radius, output_type="ndarray")
+        row, near = (pairs[name][some[pairs["i"]] != pairs["j"]] for name in ("i", "j"))
+        table = csr_array((np.ones(len(row), bool), (row, near)), shape=(len(some), tree.n))
+        table.sort_indices()
+        counts.append(np.diff(table.indptr))
+        members.append(table.indices)
+    return np.concatenate(counts).cumsum(), np.concatenate(members)
 
 
 def _outside(

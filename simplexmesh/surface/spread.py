@@ -50,10 +50,6 @@ class Spread:
     imbalances: Array
     failed: Mask
 
-    def __post_init__(self) -> None:
-        for name in ("distances", "angles", "imbalances", "failed"):
-            object.__setattr__(self, name, checks.frozen(getattr(self, name)))
-
     def __repr__(self) -> str:
         return f"Spread({len(self.failed):,} vertices)"
 
@@ -112,4 +108,4 @@ def spread(
     reasons = np.zeros(n, np.uint8)
     kernels.spreads(around.centers, around._rows, samples.points, directions, distances, angles, imbalances, reasons)
     warn_of_failures("the spread of neighbors", reasons, samples, around)
-    return Spread(distances, angles, imbalances, reasons != FOUND)
+    return Spread(*map(checks.frozen, (distances, angles, imbalances, reasons != FOUND)))

@@ -202,7 +202,7 @@ def test_states_that_were_pickled_are_read_only_again():
     plain = {"points": np.zeros(3), "unit": "mm"}
     assert checks.frozen_state(plain) is plain
     assert not plain["points"].flags.writeable
-    state = checks.frozen_state(checks.picklable_state({"data": {"a": np.zeros(2)}}))
+    state = checks.frozen_state({"data": {"a": np.zeros(2)}})
     assert not state["data"]["a"].flags.writeable
     with pytest.raises(TypeError):
         state["data"]["b"] = 1

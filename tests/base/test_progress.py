@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import inspect
+from functools import partial
 from types import SimpleNamespace
 
 import pytest
+from rich.console import Console
 
 import simplexmesh as sm
 from simplexmesh._base import progress
@@ -23,18 +25,21 @@ def test_a_bar_says_what_is_done_and_how_far():
     assert told == [DONE, {"completed": 0.5, "description": f"{DONE}: reading"}]
 
 
-def test_true_draws_a_bar_with_the_title_and_false_none(monkeypatch):
-    titles = []
+@pytest.mark.filterwarnings('ignore:install "ipywidgets"')
+@pytest.mark.parametrize("notebook", [False, True])
+def test_true_draws_a_bar_with_the_title_that_stays_in_a_notebook_and_false_none(notebook, monkeypatch):
+    bars = []
 
     def drawn(bar, title):
-        titles.append(title)
+        bars.append((title, not bar.live.transient))
         return bar_reporting(bar, title)
 
     monkeypatch.setattr(progress, "bar_reporting", drawn)
+    monkeypatch.setattr("rich.console.Console", partial(Console, force_jupyter=notebook))
     for wanted in (False, True):
         with reporting(wanted, DONE) as report:
             report(1.0, "done")
-    assert titles == [DONE]
+    assert bars == [(DONE, notebook)]
 
 
 def test_a_function_is_called_itself():

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
 from simplexmesh.mesh import shapes
-from simplexmesh.mesh.check import check
 from simplexmesh.mesh.connectivity import Connectivity
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.mesh.triangles.self_intersection import crossing_triangles, self_intersections
 from simplexmesh.mesh.triangulation import fan
 from tests.mesh import reference as reference
@@ -69,21 +69,16 @@ class TestPlanted:
         report = planted(BALL, {order[0]: BALL.vertices[order[1]], order[1]: BALL.vertices[order[0]]})
         assert 300 in report.where["inverted"]
 
-    def test_not_finite(self):
-        vertices = BALL.vertices.copy()
-        vertices[[3, 9]] = np.nan
-        assert str(check(vertices, BALL.connectivity)) == "2 vertices are not finite: 3, 9"
-
     def test_faces_that_share_two_edges(self):
         # A ladder of three rungs closed with a twist: K3,3 on a torus, where faces share several edges.
         neighbors = [[3, 4, 5], [3, 4, 5], [3, 4, 5], [0, 1, 2], [0, 1, 2], [0, 1, 2]]
         c = Connectivity.from_neighbors(neighbors)
-        report = check(np.random.default_rng(0).normal(size=(6, 3)), c)
+        report = SimplexMesh(np.random.default_rng(0).normal(size=(6, 3)), c).check()
         assert "edges join two faces that already share another edge" in str(report)
 
     def test_an_edge_with_one_face(self):
         theta = [[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]]  # K4 with one vertex turned: not the tetrahedron
-        report = check(np.eye(4)[:, :3], Connectivity.from_neighbors(theta))
+        report = SimplexMesh(np.eye(4)[:, :3], Connectivity.from_neighbors(theta)).check()
         assert "edges have the same face on both sides" in str(report)
 
 

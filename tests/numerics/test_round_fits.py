@@ -5,6 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from simplexmesh.numerics import circle_fits, round_fits
+from simplexmesh.numerics.robust import weighted_quantiles
 
 RNG = np.random.default_rng(0)
 AXIS = np.array([2.0, -1, 2]) / 3
@@ -119,6 +120,6 @@ class TestCircles:
         weight = RNG.integers(1, 4, 12)
         start = ON, AXIS, 0.7
         found = circle_fits.robust_circle(at, weight / 1.0, *start)[:3]
-        median = circle_fits._weighted_median(np.arange(4.0), np.array([1.0, 1, 1, 4]))
+        median = weighted_quantiles(np.arange(4.0), np.array([1.0, 1, 1, 4]), 0.5)
         assert median == 3
         assert_allclose(found[2], 0.7, atol=0.1)

@@ -9,9 +9,14 @@ from simplexmesh.data.points import PointCloud
 from simplexmesh.mesh.shapes import sphere
 from simplexmesh.motion.start.from_points import start_from_points
 from simplexmesh.numerics.plane_fits import planes
-from simplexmesh.orientation.poisson import Fixpoint, Poisson, oriented_indicator
+from simplexmesh.orientation.poisson import Fixpoint, Indicator, Poisson, oriented_indicator
 
 CELL = 0.0157
+
+
+def test_the_border_is_the_outermost_samples():
+    values = np.pad(np.zeros((1, 2, 3)), 1, constant_values=1)
+    assert (Indicator(None, values).border == 1).all()
 
 
 def planet(half, noise, seed):

@@ -51,6 +51,13 @@ class TestNumbers:
             found.distance, abs=1e-9
         )
 
+    def test_parts_are_scaled_as_in_match(self):
+        one, other = signature(), signature(hidden=sphere_domain(5).vertices[:, 0] > 0.2)
+        found = sm.match(other, one, scale=1.0)[0]
+        assert found.scaled == "source"
+        distance = around_rotation(one, other, found.rotation, np.zeros((1, 3)))[0]
+        assert distance == pytest.approx(found.distance, abs=1e-9)
+
     def test_around_is_the_plain_distance(self):
         one, other = signature(), signature(1)
         R = reference.random_rotation(np.random.default_rng(0))

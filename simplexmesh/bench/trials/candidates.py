@@ -52,7 +52,11 @@ def estimates(
     call: Callable[..., Any] = curvatures.curvature if kind == "curvature" else normal_estimates.vertex_normals
     for name in names:
         method = REGISTRIES[kind][name]
-        asked = _selection(method, around)
+        asked: dict[str, Any] = {}  # the neighborhoods, or the vertices if the method does not take any
+        if around is not None and not (method.own_scale or method.needs_faces):
+            asked["neighborhood"] = around
+        elif isinstance(around, Neighborhoods):
+            asked["at"] = around.centers
         if normals is not None and starts(method):
             asked["normals"] = normals
         with warnings.catch_warnings():
@@ -71,15 +75,6 @@ def estimates(
 def starts(method: Method) -> bool:
     """Return whether a method uses given initial normals."""
     return method.normals is not None and not method.own_scale
-
-
-def _selection(method: Method, around: Neighborhood | None) -> dict[str, Any]:
-    """Return the keyword for the neighborhoods, or for the vertices if the method does not take neighborhoods."""
-    if around is None:
-        return {}
-    if method.own_scale or method.needs_faces:
-        return {"at": around.centers} if isinstance(around, Neighborhoods) else {}
-    return {"neighborhood": around}
 
 
 def truth(quantity: str, exact: Exact) -> Array:

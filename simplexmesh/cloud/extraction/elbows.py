@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from simplexmesh._base.arrays import Mask
+from simplexmesh.cloud.extraction.bends import WIDEST
 from simplexmesh.cloud.extraction.growth import (
     DECISIVE,
     FITTED,
@@ -60,8 +61,13 @@ def elbow_of(work: Working, piece: Grown, free: Mask, limits: Limits, rng: np.ra
             return None
         torus = refined(torus, work.points[thinned(about, FITTED, rng)], WITHIN * piece.noise)
     whole = grown(work, torus, free, piece.members, replace(limits, kinds=("torus",)), rng)
-    suits = whole.noise <= max(work.noise, piece.noise / UNEVEN)
+    suits = whole.noise <= max(work.noise, piece.noise / UNEVEN) and is_bend(whole.primitive)
     return whole if suits and len(whole.members) >= limits.fewest else None
+
+
+def is_bend(primitive: Primitive) -> bool:
+    """Tell whether a primitive is a torus as narrow as bends are: wider ones are pipes with a little of their bends."""
+    return isinstance(primitive, Torus) and primitive.radius <= WIDEST * primitive.tube_radius
 
 
 def without(work: Working, each: Grown, elbow: Grown) -> Grown:

@@ -72,7 +72,7 @@ def clipped(surface: Any, origin: ArrayLike, normal: ArrayLike, *, cap: bool = F
     plane.SetOrigin(*(at / unit))
     plane.SetNormal(*direction)
     faces = mesh.faces[:, ::-1] if inward else mesh.faces
-    data = polydata.polydata(mesh.vertices / unit, np.full(len(faces), 3), faces.ravel(), {}, None)
+    data = polydata.Polygons(mesh.vertices / unit, np.full(len(faces), 3), faces.ravel()).dataset()
     out = _cut(data, plane, cap=cap)
     if not out.GetNumberOfPolys():
         raise ValueError("surface must have a part in front of the plane, it has none")

@@ -56,8 +56,8 @@ def divided(surface: Any, longest: float | None = None) -> TriangleMesh:
         longest = mesh.diagonal / EDGES_PER_DIAGONAL
     longest = checks.number("longest", longest, 0.0, open_low=True)
     vertices, faces, data = np.asarray(mesh.vertices), np.asarray(mesh.faces), mesh.data
-    limits = (_shortest(mesh), f"for at most {MAX_FACES:,} faces"), (_resolution(vertices), "at coordinates this large")
-    for least, why in limits:
+    resolved = 4 * float(np.spacing(np.abs(vertices).max()))  # a shorter edge may have no midpoint but its ends
+    for least, why in (_shortest(mesh), f"for at most {MAX_FACES:,} faces"), (resolved, "at coordinates this large"):
         if longest < least:
             raise ValueError(f"longest must be at least {least:.3g} {why}, not {longest:g}")
     while True:
@@ -79,17 +79,11 @@ def _shortest(mesh: TriangleMesh) -> float:
     return max(float(np.sqrt(4 / np.sqrt(3) * mesh.area / MAX_FACES)), in_rows)
 
 
-def _resolution(vertices: Array) -> float:
-    """Return the shortest length whose midpoint differs from its ends in floating point."""
-    return 4 * float(np.spacing(np.abs(vertices).max()))
-
-
 def _edges(faces: Indices) -> tuple[Indices, Indices]:
     """Return each edge once, (e, 2), and the edge opposite each corner of each face, (f, 3)."""
     ends = np.sort(faces[:, [[1, 2], [2, 0], [0, 1]]], axis=2).reshape(-1, 2)
-    keys, sides = np.unique(ends[:, 0] * (int(faces.max(initial=0)) + 1) + ends[:, 1], return_inverse=True)
-    first = np.zeros(len(keys), np.int64)
-    first[sides] = np.arange(len(ends))
+    keys = ends[:, 0] * (int(faces.max(initial=0)) + 1) + ends[:, 1]
+    _, first, sides = np.unique(keys, return_index=True, return_inverse=True)
     return ends[first], sides.reshape(-1, 3)
 
 

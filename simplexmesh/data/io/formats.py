@@ -57,24 +57,23 @@ def format_of(path: Path) -> str:
         raise OSError(f"{path.name} is empty")
     with path.open("rb") as file:
         head = file.read(HEAD)
-    found = _by_content(head, size)
+    if (found := _by_content(head, size)) is not None:
+        return found
     named = SUFFIXES.get(suffix(path))
-    if found is None and named == "text" and _is_text(head):
+    if named == "text" and _is_text(head):
         return "text"
-    if found is None and named == "stl" and is_binary_stl(head, size):
+    if named == "stl" and is_binary_stl(head, size):
         return "stl"
-    if found is None and named == "stl" and not _is_text(head) and len(head) >= 84:
+    if named == "stl" and not _is_text(head) and len(head) >= 84:
         raise OSError(
             f"{path.name} must have {stl_size(head):,} bytes as STL, it has {size:,}: truncated, or not an STL file"
         )
-    if found is None and named is not None:
+    if named is not None:
         raise OSError(f"{path.name} is not {called(named)} file, or its beginning is damaged")
-    if found is None and head.startswith(_DATABASE):
+    if head.startswith(_DATABASE):
         raise OSError(f"{path.name} is an SQLite database: open libraries of models with sm.ModelLibrary")
-    if found is None:
-        known = ", ".join(sorted(SUFFIXES))
-        raise OSError(f"{path.name} has an unknown format; known ones are {known}")
-    return found
+    known = ", ".join(sorted(SUFFIXES))
+    raise OSError(f"{path.name} has an unknown format; known ones are {known}")
 
 
 def called(kind: str) -> str:
@@ -112,18 +111,13 @@ def _by_text(head: bytes) -> str | None:
         return "obj"
     if re.match(r"\s*Points\s*:=\s*\[", text):
         return "text"
-    return "text" if _has_numbers(text) else None
+    number = r"[-+]?(\d+\.?\d*|\.\d+|nan|inf)([eE][-+]?\d+)?"
+    three = rf"^\s*{number}([\s,;]+{number}){{2,}}"
+    return "text" if any(re.match(three, row) for row in text.splitlines()[:20]) else None
 
 
 def _is_text(head: bytes) -> bool:
     return b"\0" not in head
-
-
-def _has_numbers(text: str) -> bool:
-    """Whether one of the first lines holds at least three numbers."""
-    number = r"[-+]?(\d+\.?\d*|\.\d+|nan|inf)([eE][-+]?\d+)?"
-    line = rf"^\s*{number}([\s,;]+{number}){{2,}}"
-    return any(re.match(line, row) for row in text.splitlines()[:20])
 
 
 def _is_nifti(head: bytes) -> bool:

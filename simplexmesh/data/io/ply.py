@@ -65,9 +65,11 @@ def _grid_normals(path: Path, points: Array, info: dict[str, str], grid: Ragged)
 def _contents(path: Path) -> Contents:
     """Return what a file contains, from all its numbers at once if it is text as it should be, else by plyfile."""
     check_counts(path)
+    with path.open("rb") as file:
+        beginning = file.read(100)
     try:
         with warnings.catch_warnings(action="ignore"):  # one for each empty list
-            if _is_text(path):
+            if re.match(rb"ply\s+format\s+ascii", beginning):
                 with suppress(_Irregular):
                     return _text_contents(path.read_bytes())
             return _plyfile_contents(path)
@@ -94,11 +96,6 @@ def _plyfile_contents(path: Path) -> Contents:
             else:
                 lists[element.name] = (np.full(len(column), column.shape[1]), column.reshape(-1))
     return table, lists, _info(data)
-
-
-def _is_text(path: Path) -> bool:
-    with path.open("rb") as file:
-        return re.match(rb"ply\s+format\s+ascii", file.read(100)) is not None
 
 
 class _Irregular(Exception):  # noqa: N818  nothing that a caller sees

@@ -52,7 +52,7 @@ class Polygons:
             data = value.data, value.unit
             return Polygons(value.vertices, sizes, corners, None, *data, topology, value.triangulated)
         if hasattr(value, "vertices") and hasattr(value, "faces"):
-            sizes, corners = np.full(len(value.faces), 3), value.faces.reshape(-1)
+            sizes, corners = np.full(len(value.faces), 3), value.faces.ravel()
             return Polygons(value.vertices, sizes, corners, None, value.data, value.unit, triangles=lambda: value)
         if hasattr(value, "points") and hasattr(value, "normals"):
             none = np.zeros(0, dtype=np.int64)
@@ -68,48 +68,35 @@ class Polygons:
             at += size
 
     def dataset(self) -> Any:
-        """Return a `vtkPolyData`."""
-        normals = {} if self.normals is None else {"Normals": self.normals}
-        return polydata(self.points, self.sizes, self.corners, dict(self.data) | normals, self.topology, self.unit)
-
-
-def polydata(
-    points: Array,
-    sizes: NDArray[Any],
-    corners: NDArray[Any],
-    data: Mapping[str, NDArray[Any]],
-    topology: Connectivity | None = None,
-    unit: str | None = None,
-) -> Any:
-    """Return a `vtkPolyData` of polygons given by their sizes (f,) and all their corners, or of points without any."""
-    out = vtkPolyData()
-    positions = vtkPoints()
-    positions.SetData(numpy_to_vtk(np.ascontiguousarray(points), deep=True))
-    out.SetPoints(positions)
-    if not len(sizes):
-        out.SetVerts(_cells(np.arange(len(points) + 1), np.arange(len(points))))
-    else:
-        out.SetPolys(_cells(np.concatenate([[0], np.cumsum(sizes)]), corners))
-    for name, values in data.items():
-        out.GetPointData().AddArray(vtk_array(name, values))
-    if "Normals" in data and topology is None:
-        out.GetPointData().SetActiveNormals("Normals")
-    if unit is not None:
-        out.GetFieldData().AddArray(_text_array(UNIT, unit))
-    if topology is not None:
-        types = json.dumps({name: [a.dtype.str, a.shape[1:]] for name, a in data.items()})
-        out.GetFieldData().AddArray(_text_array(TYPES, types))
-        out.GetFieldData().AddArray(vtk_array(TWIN, topology.twin))
-        out.GetFieldData().AddArray(vtk_array(HOLES, topology.hole_darts))
-        if topology.contour_darts:
-            contours = {name: darts.tolist() for name, darts in topology.contour_darts.items()}
-            out.GetFieldData().AddArray(_text_array(CONTOURS, json.dumps(contours)))
-    return out
+        """Return a `vtkPolyData` of the polygons, or of the points without any."""
+        out, positions, topology = vtkPolyData(), vtkPoints(), self.topology
+        positions.SetData(numpy_to_vtk(np.ascontiguousarray(self.points), deep=True))
+        out.SetPoints(positions)
+        if not len(self.sizes):
+            out.SetVerts(_cells(np.arange(len(self.points) + 1), np.arange(len(self.points))))
+        else:
+            out.SetPolys(_cells(np.concatenate([[0], np.cumsum(self.sizes)]), self.corners))
+        data = dict(self.data) | ({} if self.normals is None else {"Normals": self.normals})
+        for name, values in data.items():
+            out.GetPointData().AddArray(vtk_array(name, values))
+        if "Normals" in data and topology is None:
+            out.GetPointData().SetActiveNormals("Normals")
+        if self.unit is not None:
+            out.GetFieldData().AddArray(_text_array(UNIT, self.unit))
+        if topology is not None:
+            types = json.dumps({name: [a.dtype.str, a.shape[1:]] for name, a in data.items()})
+            out.GetFieldData().AddArray(_text_array(TYPES, types))
+            out.GetFieldData().AddArray(vtk_array(TWIN, topology.twin))
+            out.GetFieldData().AddArray(vtk_array(HOLES, topology.hole_darts))
+            if topology.contour_darts:
+                contours = {name: darts.tolist() for name, darts in topology.contour_darts.items()}
+                out.GetFieldData().AddArray(_text_array(CONTOURS, json.dumps(contours)))
+        return out
 
 
 def polygon_triangles(points: Array, sizes: NDArray[Any], corners: NDArray[Any]) -> tuple[Indices, Indices]:
-    """Return triangles (t, 3) of polygons by ear clipping, and the polygon of each; given as to `polydata`."""
-    dataset = polydata(points, sizes, corners, {})
+    """Return triangles (t, 3) of polygons by ear clipping, and the polygon of each; given as to `Polygons`."""
+    dataset = Polygons(points, sizes, corners).dataset()
     dataset.GetCellData().AddArray(vtk_array("polygon", np.arange(len(sizes))))
     cutter = vtkTriangleFilter()
     cutter.SetInputData(dataset)

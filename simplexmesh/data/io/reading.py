@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -15,14 +15,26 @@ from numpy.typing import ArrayLike
 from simplexmesh._base import checks
 from simplexmesh._base.errors import TopologyError, warn
 from simplexmesh.data.io import formats
+from simplexmesh.data.io.off import read_off
+from simplexmesh.data.io.pcd import read_pcd
+from simplexmesh.data.io.ply import read_ply
+from simplexmesh.data.io.survey.e57 import read_e57
+from simplexmesh.data.io.survey.las import read_las
+from simplexmesh.data.io.text import read_text
 from simplexmesh.data.points import PointCloud, cloud_of_file, cloud_of_vertices
-from simplexmesh.data.poses import read_poses
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
 
-__all__ = ["read", "read_mesh", "read_points", "read_poses", "read_triangles", "read_volume"]
-
 _SINGLE_PRECISION = 1e-7
+_READERS: dict[str, Callable[[Path], Any]] = {
+    "ply": read_ply,
+    "off": read_off,
+    "pcd": read_pcd,
+    "text": read_text,
+    "las": lambda path: cloud_of_file(path.name, *read_las(path), missing=True),
+    "e57": lambda path: cloud_of_file(path.name, *read_e57(path), missing=True),
+}
+"""Of the formats that neither ITK nor VTK reads, whose import takes longer than all of these."""
 
 
 def read(path: str | os.PathLike[str]) -> Any:
@@ -191,30 +203,8 @@ def _read_kind(path: Path, kind: str) -> Any:
         from simplexmesh.data.io import itk
 
         return itk.read_image(path)
-    if kind == "ply":
-        from simplexmesh.data.io.ply import read_ply
-
-        return _welded(read_ply(path), kind)
-    if kind == "off":
-        from simplexmesh.data.io.off import read_off
-
-        return _welded(read_off(path), kind)
-    if kind == "pcd":
-        from simplexmesh.data.io.pcd import read_pcd
-
-        return read_pcd(path)
-    if kind == "las":
-        from simplexmesh.data.io.survey.las import read_las
-
-        return cloud_of_file(path.name, *read_las(path), missing=True)
-    if kind == "e57":
-        from simplexmesh.data.io.survey.e57 import read_e57
-
-        return cloud_of_file(path.name, *read_e57(path), missing=True)
-    if kind == "text":
-        from simplexmesh.data.io.text import read_text
-
-        return read_text(path)
+    if kind in _READERS:
+        return _welded(_READERS[kind](path), kind)
     from simplexmesh.data.io import vtk
 
     if kind == "stl":

@@ -13,7 +13,7 @@ import numpy as np
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import warn
 from simplexmesh._base.units import known_unit
-from simplexmesh.data.columns import NORMALS, are_colors, as_colors, data_of
+from simplexmesh.data.columns import are_colors, as_colors, data_of, normals_of, points_of
 from simplexmesh.data.points import PointCloud, cloud_of_file
 
 if TYPE_CHECKING:
@@ -32,28 +32,19 @@ def read_text(path: Path) -> PointCloud:
     if table.shape[1] < 3:
         raise OSError(f"{path.name} must have 3 columns or more, not {table.shape[1]}")
     names = _names(header)
-    place = {name: column for column, name in enumerate(names)} if len(names) == table.shape[1] else {}
-    known = {"x", "y", "z"} <= place.keys()
+    named = dict(zip(names, table.T, strict=True)) if len(names) == table.shape[1] else {}
+    known = {"x", "y", "z"} <= named.keys()
     if names and not known and not header.lstrip().startswith(("#", "//")):
         warn(f"{path.name} names no columns x, y and z: the first three were read")
-    columns = [place[name] for name in "xyz"] if known else [0, 1, 2]
-    data = data_of({name: table[:, column] for name, column in place.items()}) if known else {}
-    if not place and table.shape[1] == 6 and are_colors(table[:, 3:]):
+    points, data = (points_of(named), data_of(named)) if known else (table[:, :3], {})
+    normals = normals_of(named)
+    if not named and table.shape[1] >= 6:
+        unit_vectors = (np.abs(np.linalg.norm(table[:, 3:6], axis=1) - 1) < 0.01).all()
+        normals = table[:, 3:6] if unit_vectors else None
+    if not named and table.shape[1] == 6 and are_colors(table[:, 3:]):
         data = {"colors": as_colors(table[:, 3:])}
     unit = _UNIT_OF_X.search(header)
-    return cloud_of_file(
-        path.name, table[:, columns], _normals(table, place), data, known_unit(unit[1]) if unit else None
-    )
-
-
-def _normals(table: Array, place: dict[str, int]) -> Array | None:
-    for triple in NORMALS:
-        if set(triple) <= place.keys():
-            return table[:, [place[name] for name in triple]]
-    if place or table.shape[1] < 6:
-        return None
-    normals = table[:, 3:6]
-    return normals if (np.abs(np.linalg.norm(normals, axis=1) - 1) < 0.01).all() else None
+    return cloud_of_file(path.name, points, normals, data, known_unit(unit[1]) if unit else None)
 
 
 def _table(name: str, content: bytes) -> tuple[str, Array]:

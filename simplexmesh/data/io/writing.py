@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from simplexmesh._base import checks
 from simplexmesh._base.drafts import draft
 from simplexmesh._base.errors import warn
-from simplexmesh._base.named_arrays import OF_MODELS, Data, is_color
+from simplexmesh._base.named_arrays import OF_MODELS, is_color
 from simplexmesh.data import exporting
 from simplexmesh.data.io import obj, off, ply, polydata, stl, text
 from simplexmesh.data.io.polydata import to_pyvista as to_pyvista
@@ -69,14 +69,8 @@ def write(path: str | os.PathLike[str], value: Any) -> None:
         raise ValueError(f"path must end with one of {known} for points without faces, not {suffix}")
     with draft(where) as part:
         chosen.write(part, content)
-    _tell_what_is_lost(suffix, content.data)
-
-
-def _tell_what_is_lost(suffix: str, data: Data) -> None:
-    """Warn of named arrays that a format cannot hold, but for those of models."""
-    holds = FORMATS[suffix].holds
-    lost = ", ".join(name for name, values in data.items() if name not in OF_MODELS and not holds(name, values))
-    if lost:
+    named = [(name, values) for name, values in content.data.items() if name not in OF_MODELS]
+    if lost := ", ".join(name for name, values in named if not chosen.holds(name, values)):
         warn(f"{suffix[1:].upper()} files do not hold these arrays, which were left out: {lost}")
 
 

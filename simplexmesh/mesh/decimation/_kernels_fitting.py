@@ -83,21 +83,15 @@ def closest_on_triangle(p: Vector, a: Vector, b: Vector, c: Vector) -> tuple[flo
 
 
 @njit(cache=True, error_model="numpy")
-def squared_to_triangle(points: Array, triangles: Indices, t: int, p: Vector) -> float:
-    """Return the squared distance of a point from a triangle."""
-    a, b, c = row(points, triangles[t, 0]), row(points, triangles[t, 1]), row(points, triangles[t, 2])
-    return closest_on_triangle(p, a, b, c)[0]
-
-
-@njit(cache=True, error_model="numpy")
 def are_covered(points: Array, triangles: Indices, corners: Array, near: Indices, limit: Array) -> Mask:
     """Return which triangles, given by their corners (p, 3, 3), one of those `near` (p, 3) is near at all corners."""
     out = np.zeros(limit.size, np.bool_)
     for i in range(limit.size):
         for t in near[i]:
+            a, b, c = row(points, triangles[t, 0]), row(points, triangles[t, 1]), row(points, triangles[t, 2])
             largest = 0.0
             for j in range(3):
-                largest = max(largest, squared_to_triangle(points, triangles, t, row(corners[i], j)))
+                largest = max(largest, closest_on_triangle(row(corners[i], j), a, b, c)[0])
             out[i] |= largest <= limit[i] ** 2
     return out
 
@@ -170,16 +164,6 @@ def locate_on_rim(vertices: Array, faces: Faces, samples: Array, locations: Loca
                 c = first + (c - first + step) % (end - first)
 
 
-@njit(cache=True, error_model="numpy")
-def interpolate(values: Array, centroid: Array, faces: Faces, locations: Locations, s: int, out: Array) -> None:
-    """Write the position of location `s` to `out`."""
-    c = locations.corner[s]
-    w = locations.weights[s]
-    a, b, m = values[faces.vertices[c]], values[faces.ahead[c]], centroid[faces.owner[c]]
-    for k in range(3):
-        out[k] = w[0] * a[k] + w[1] * b[k] + w[2] * m[k]
-
-
 class Terms(NamedTuple):
     """The terms of the least-squares problem: distances of samples, smoothness, flatness of faces."""
 
@@ -200,18 +184,17 @@ def add_sample_gradient(
     """Add half the gradient of the sample terms, for vertices to `out`, for centroids to `inner`."""
     p = np.empty(3)
     for s in range(t.samples.shape[0]):
-        interpolate(v, centroid, faces, locations, s, p)
+        c, w = locations.corner[s], locations.weights[s]
+        a, b, f = faces.vertices[c], faces.ahead[c], faces.owner[c]
         dot = 0.0
         for k in range(3):
-            p[k] -= offset * t.samples[s, k]
+            p[k] = w[0] * v[a, k] + w[1] * v[b, k] + w[2] * centroid[f, k] - offset * t.samples[s, k]
             dot += p[k] * t.direction[s, k]
-        c = locations.corner[s]
-        a, b, f = faces.vertices[c], faces.ahead[c], faces.owner[c]
         for k in range(3):
             force = t.across[s] * p[k] + (t.along[s] - t.across[s]) * dot * t.direction[s, k]
-            out[a, k] += locations.weights[s, 0] * force
-            out[b, k] += locations.weights[s, 1] * force
-            inner[f, k] += locations.weights[s, 2] * force
+            out[a, k] += w[0] * force
+            out[b, k] += w[1] * force
+            inner[f, k] += w[2] * force
 
 
 @njit(cache=True, error_model="numpy")

@@ -90,8 +90,8 @@ class FittedMesh:
         self._guard = Guard(mesh, self._faces, target_normals, free)
         self._start = part_of[surface.faces].astype(np.int32)
         n, r = len(surface.points), len(surface.rim_points)
-        self._locations = kernels.Locations(np.zeros(n, np.int32), np.zeros((n, 3)))
-        self._rim_locations = kernels.Locations(np.zeros(r, np.int32), np.zeros((r, 3)))
+        self._locations = kernels.Locations(np.zeros(n + r, np.int32), np.zeros((n + r, 3)))
+        self._rim_locations = kernels.Locations(self._locations.corner[n:], self._locations.weights[n:])
         self._initialize_rims(part_of)
 
     def _initialize_rims(self, part_of: Indices32) -> None:
@@ -127,12 +127,8 @@ class FittedMesh:
         """Alternate locating the samples and solving the least-squares problem, as in iterative closest point."""
         for _ in range(rounds):
             self._locate()
-            one, other = self._locations, self._rim_locations
-            locations = kernels.Locations(
-                np.concatenate([one.corner, other.corner]), np.concatenate([one.weights, other.weights])
-            )
             start = np.array(self.mesh.vertices)
-            target = kernels.conjugate_gradients(start, self._faces, locations, self._terms(), 12)
+            target = kernels.conjugate_gradients(start, self._faces, self._locations, self._terms(), 12)
             self.advance(target, loosely=True)
 
     def _terms(self) -> kernels.Terms:

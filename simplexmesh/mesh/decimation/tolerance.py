@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix, identity, vstack
 
 from simplexmesh._base.arrays import Array, Mask
@@ -78,7 +77,9 @@ def vertex_displacements(corrections: Corrections, mesh: SimplexMesh, extra: flo
     """Return the mean of the least vertex displacements (n, 3) that realize those of fan points, longer by `extra`."""
     c = mesh.connectivity
     _, triangles = fan(mesh.vertices, c)
-    places = rows_of(corrections.weights, triangles[corrections.triangles], mesh.n_vertices + mesh.n_faces)
+    corners = triangles[corrections.triangles]
+    rows = corrections.weights.ravel(), corners.ravel(), np.arange(0, corners.size + 1, 3)
+    places = csr_matrix(rows, (len(corners), mesh.n_vertices + mesh.n_faces))
     weights = places @ points_of(c)[np.concatenate([np.ones(mesh.n_vertices, bool), ~c.face_is_hole])]
     squares = weights.multiply(weights)
     tiny = np.finfo(float).tiny
@@ -91,9 +92,3 @@ def points_of(c: Connectivity) -> csr_matrix:
     """Return the weights (n + f, n) of the vertices in the vertices and in the face centroids, holes included."""
     means = csr_matrix((np.repeat(1 / c.face_sizes, c.face_sizes), c.face_vertices, c.face_offsets))
     return vstack([identity(c.n_vertices), means], format="csr")
-
-
-def rows_of(weights: Array, columns: NDArray[np.integer], width: int) -> csr_matrix:
-    """Return the sparse matrix (m, width) with weights (m, k) in columns (m, k)."""
-    m, k = weights.shape
-    return csr_matrix((weights.ravel(), columns.ravel(), np.arange(0, m * k + 1, k)), (m, width))

@@ -36,13 +36,13 @@ from simplexmesh.mesh.operators._kernels_edit import (
 
 @njit(cache=True)
 def apply(
-    d: Darts, kind: Indices32, first: Indices32, second: Indices32, at: Array, status: Indices32, witness: Indices32
+    d: Darts, kind: int, first: Indices32, second: Indices32, at: Array, status: Indices32, witness: Indices32
 ) -> None:
-    """Apply edits in order; a dart whose twin has changed since the beginning of the batch counts as touched."""
-    twins = np.empty((kind.size, 2), np.int32)
-    for i in range(kind.size):
+    """Apply edits of one kind in order; a dart whose twin has changed since the batch began counts as touched."""
+    twins = np.empty((first.size, 2), np.int32)
+    for i in range(first.size):
         twins[i, 0], twins[i, 1] = d.twin[first[i]], d.twin[second[i]]
-    for i in range(kind.size):
+    for i in range(first.size):
         one, other = first[i], second[i]
         intact = (
             d.alive[one // 3] and d.alive[other // 3] and d.twin[one] == twins[i, 0] and d.twin[other] == twins[i, 1]
@@ -50,13 +50,13 @@ def apply(
         status[i], witness[i] = TOUCHED, -1
         if not intact:
             continue
-        if d.contour.size > 0 and breaks_contour(d, kind[i], one, other):
+        if d.contour.size > 0 and breaks_contour(d, kind, one, other):
             status[i], witness[i] = ON_CONTOUR, d.face[one]
-        elif kind[i] == REMOVE:
+        elif kind == REMOVE:
             status[i], witness[i] = refuse_remove(d, one)
             if status[i] == DONE:
                 remove(d, one)
-        elif kind[i] == INSERT:
+        elif kind == INSERT:
             status[i], witness[i] = refuse_insert(d, one, other)
             if status[i] == DONE:
                 insert(d, one, other, at[i, 0], at[i, 1], -1)

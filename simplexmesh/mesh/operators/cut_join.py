@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Indices
 from simplexmesh._base.errors import TopologyError
 from simplexmesh._base.named_arrays import joined, taken
 from simplexmesh._base.units import common_unit
@@ -17,7 +17,6 @@ from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.contours import Contour
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from simplexmesh.mesh.operators.results import Edited
-from simplexmesh.mesh.paths import Named
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 
@@ -142,27 +141,22 @@ def together(*meshes: SimplexMesh) -> SimplexMesh:
     """Return the disjoint union of meshes, numbered one after the other; data that all of them have are kept."""
     if not meshes:
         raise TypeError("together takes at least one mesh")
+    twin, holes, at = [], [], 0
+    contours: dict[str, Indices] = {}
     for mesh in meshes:
-        checks.instance("mesh", mesh, SimplexMesh)
-    starts = np.cumsum([0, *(3 * mesh.n_vertices for mesh in meshes)])[:-1]
-    twin = [mesh.connectivity.twin.astype(np.int64) + at for mesh, at in zip(meshes, starts, strict=True)]
-    holes = [mesh.connectivity.hole_darts.astype(np.int64) + at for mesh, at in zip(meshes, starts, strict=True)]
+        c = checks.instance("mesh", mesh, SimplexMesh).connectivity
+        if both := sorted(contours.keys() & c.contour_darts.keys()):
+            raise ValueError(f"meshes must have contours of different names, but two have one named {both[0]!r}")
+        twin.append(c.twin.astype(np.int64) + at)
+        holes.append(c.hole_darts.astype(np.int64) + at)
+        contours |= {name: darts.astype(np.int64) + at for name, darts in c.contour_darts.items()}
+        at += 3 * mesh.n_vertices
     return SimplexMesh(
         np.concatenate([mesh.vertices for mesh in meshes]),
-        Connectivity(np.concatenate(twin), np.concatenate(holes), _joined_contours(meshes, starts)),
+        Connectivity(np.concatenate(twin), np.concatenate(holes), contours),
         joined([mesh.data for mesh in meshes]),
         common_unit("meshes", meshes),
     )
-
-
-def _joined_contours(meshes: Sequence[SimplexMesh], starts: NDArray[np.integer[Any]]) -> Named:
-    """Return the contours of meshes whose darts start at `starts`; two of one name are refused."""
-    out: dict[str, NDArray[Any]] = {}
-    for mesh, at in zip(meshes, starts, strict=True):
-        if both := sorted(out.keys() & mesh.connectivity.contour_darts.keys()):
-            raise ValueError(f"meshes must have contours of different names, but two have one named {both[0]!r}")
-        out |= {name: darts + at for name, darts in mesh.connectivity.contour_darts.items()}
-    return out
 
 
 def parts(mesh: SimplexMesh) -> tuple[Edited, ...]:

@@ -121,9 +121,8 @@ class EditableMesh(EditableDarts):
         fractions = edge_fractions(at, m)[order]
         self._reserve(m, *((2 * m, m) if kind == kernels.INSERT else ()))
         status, witness = np.empty((2, m), np.int32)
-        kinds = np.full(m, kind, np.int32)
         _kernels_batch.apply(
-            self._darts, kinds, first[order], second[order], np.ascontiguousarray(fractions), status, witness
+            self._darts, kind, first[order], second[order], np.ascontiguousarray(fractions), status, witness
         )
         return _batch(status, witness, order)
 

@@ -23,27 +23,6 @@ class Seam:
     back: Indices  # (k,) and to the one before
     left: Mask  # (k,) whether the third edge of the vertex is on the left of the path
 
-    @property
-    def left_darts(self) -> Indices:
-        """The darts whose left face, after the cut, is the new face that closes the left side."""
-        return self.back[self.left]
-
-    @property
-    def right_darts(self) -> Indices:
-        """The darts whose left face, after the cut, is the new face that closes the right side."""
-        return self.onward[~self.left]
-
-    def sew(self, twin: Indices32) -> None:
-        """Close the seam: pair the darts along the path in `twin` (3n,)."""
-        ahead = np.roll(self.back, -1)
-        twin[self.onward], twin[ahead] = ahead, self.onward
-
-    def open(self, twin: Indices32) -> None:
-        """Open the seam: pair the darts of each side separately in `twin` (3n,)."""
-        for side in (self.left, ~self.left):
-            onward, ahead = self.onward[side], np.roll(self.back[side], -1)
-            twin[onward], twin[ahead] = ahead, onward
-
 
 def along(twin: Indices32, darts: Indices) -> Seam:
     """Return the seam along a closed path, given by its darts onward."""
@@ -121,12 +100,12 @@ def refusal_to_sew(d: Darts, seam: Seam) -> str:
 
 
 def open_faces(d: Darts, seam: Seam, left: int, right: int) -> None:
-    """Open a seam and close its sides by two new faces."""
-    seam.open(d.twin)
-    for new, mine, other in (
-        (left, seam.left_darts, seam.onward[seam.left]),
-        (right, seam.right_darts, seam.back[~seam.left]),
-    ):
+    """Open a seam, the darts of each side paired separately, and close its sides by two new faces."""
+    for new, side in ((left, seam.left), (right, ~seam.left)):
+        onward, back = seam.onward[side], seam.back[side]
+        ahead = np.roll(back, -1)
+        d.twin[onward], d.twin[ahead] = ahead, onward
+        mine, other = (back, onward) if new == left else (onward, back)  # of the new face, and of those beside it
         np.subtract.at(d.face_size, d.face[mine], 1)
         d.face_dart[d.face[other]] = other
         d.face[mine] = new
@@ -134,10 +113,11 @@ def open_faces(d: Darts, seam: Seam, left: int, right: int) -> None:
 
 
 def sew_faces(d: Darts, seam: Seam, a: int, b: int) -> None:
-    """Close a seam between two faces, which are thereby removed."""
+    """Close a seam between two faces, which are thereby removed: its darts are paired along the path."""
     on_left, on_right = sewn_faces(seam, d.face)
     before = np.roll(on_right, 1)
-    seam.sew(d.twin)
+    ahead = np.roll(seam.back, -1)
+    d.twin[seam.onward], d.twin[ahead] = ahead, seam.onward
     d.face[seam.onward], d.face[seam.back] = on_left, before
     np.add.at(d.face_size, on_left[~seam.left], 1)
     np.add.at(d.face_size, before[seam.left], 1)

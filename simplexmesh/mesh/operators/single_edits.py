@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from simplexmesh._base.errors import TopologyError
 from simplexmesh.mesh.operators import _kernels_edit as kernels
@@ -45,9 +45,7 @@ def remove_edge(mesh: SimplexMesh, edge: Edge) -> Edited:
     (-2, -1)
     """
     edit = EditableMesh(mesh)
-    dart = edit.dart("edge", edge)
-    _raise_refused_edge(edit, dart, edit.remove_edges([dart]), "removed")
-    return edit.result()
+    return _edited_at_edge(edit, edge, edit.remove_edges, "removed")
 
 
 def insert_edge(
@@ -121,9 +119,7 @@ def swap_edge(mesh: SimplexMesh, edge: Edge) -> Edited:
     [5, 6, 7]
     """
     edit = EditableMesh(mesh)
-    dart = edit.dart("edge", edge)
-    _raise_refused_edge(edit, dart, edit.swap_edges([dart]), "swapped")
-    return edit.result()
+    return _edited_at_edge(edit, edge, edit.swap_edges, "swapped")
 
 
 def remove_face(mesh: SimplexMesh, face: int) -> Edited:
@@ -145,8 +141,7 @@ def remove_face(mesh: SimplexMesh, face: int) -> Edited:
     SimplexMesh(308 vertices, 156 faces, genus 0, 0 holes)
     """
     edit = EditableMesh(mesh)
-    _raise_refused_face(face, edit.remove_faces([edit.face(face)]), "removed")
-    return edit.result()
+    return _edited_at_face(edit, face, edit.remove_faces, "removed")
 
 
 def refine_face(mesh: SimplexMesh, face: int) -> Edited:
@@ -167,8 +162,7 @@ def refine_face(mesh: SimplexMesh, face: int) -> Edited:
     SimplexMesh(332 vertices, 168 faces, genus 0, 0 holes)
     """
     edit = EditableMesh(mesh)
-    _raise_refused_face(face, edit.refine_faces([edit.face(face)]), "refined")
-    return edit.result()
+    return _edited_at_face(edit, face, edit.refine_faces, "refined")
 
 
 def _edge_name(edit: EditableMesh, dart: int) -> str:
@@ -176,33 +170,36 @@ def _edge_name(edit: EditableMesh, dart: int) -> str:
     return "-".join(str(end) for end in edit.ends(dart))
 
 
-def _raise_refused_edge(edit: EditableMesh, dart: int, batch: Batch, done: str) -> None:
-    """Raise when the edge of a batch of one was refused, giving the reason."""
+def _edited_at_edge(edit: EditableMesh, edge: Edge, apply: Callable[[list[int]], Batch], done: str) -> Edited:
+    """Return the mesh after an edit of one edge, or raise with the reason why it was refused."""
+    dart = edit.dart("edge", edge)
+    name, (left, right) = _edge_name(edit, dart), edit.faces_beside(dart)
+    batch = apply([dart])
     status, witness = int(batch.status[0]), int(batch.witness[0])
-    if status == kernels.DONE:
-        return
-    if status == kernels.ON_CONTOUR:
-        raise TopologyError(f"edge {_edge_name(edit, dart)} cannot be {done}: it would break a contour")
-    left, right = edit.faces_beside(dart)
-    reason = {
+    reasons = {
         kernels.OPPOSITE_TRIANGLE: f"face {witness}, opposite to it, is a triangle",
         kernels.SHARED: f"face {witness} is adjacent to both its sides, faces {left} and {right}",
         kernels.BESIDE_TRIANGLE: f"face {witness}, on one side of it, is a triangle",
         kernels.SAME_OPPOSITE: f"the faces opposite to it are the same, face {witness}",
         kernels.NEIGHBORS: f"the faces opposite to it, one of them face {witness}, already share an edge",
-    }[status]
-    raise TopologyError(f"edge {_edge_name(edit, dart)} cannot be {done}: {reason}")
-
-
-def _raise_refused_face(face: int, batch: Batch, done: str) -> None:
-    """Raise when the face of a batch of one was refused, giving the reason."""
-    status, witness = int(batch.status[0]), int(batch.witness[0])
+        kernels.ON_CONTOUR: "it would break a contour",
+    }
     if status != kernels.DONE:
-        reason = {
-            kernels.HOLE: "it is a hole",
-            kernels.BESIDE_HOLE: f"its neighbor, face {witness}, is a hole",
-            kernels.OPPOSITE_TRIANGLE: f"face {witness}, at the end of an edge to be removed, is a triangle",
-            kernels.SHARED: f"face {witness} is adjacent to both sides of an edge to be removed",
-            kernels.ON_CONTOUR: "it would break a contour",
-        }[status]
-        raise TopologyError(f"face {face} cannot be {done}: {reason}")
+        raise TopologyError(f"edge {name} cannot be {done}: {reasons[status]}")
+    return edit.result()
+
+
+def _edited_at_face(edit: EditableMesh, face: int, apply: Callable[[list[int]], Batch], done: str) -> Edited:
+    """Return the mesh after an edit of one face, or raise with the reason why it was refused."""
+    batch = apply([edit.face(face)])
+    status, witness = int(batch.status[0]), int(batch.witness[0])
+    reasons = {
+        kernels.HOLE: "it is a hole",
+        kernels.BESIDE_HOLE: f"its neighbor, face {witness}, is a hole",
+        kernels.OPPOSITE_TRIANGLE: f"face {witness}, at the end of an edge to be removed, is a triangle",
+        kernels.SHARED: f"face {witness} is adjacent to both sides of an edge to be removed",
+        kernels.ON_CONTOUR: "it would break a contour",
+    }
+    if status != kernels.DONE:
+        raise TopologyError(f"face {face} cannot be {done}: {reasons[status]}")
+    return edit.result()

@@ -132,15 +132,6 @@ def overlapping_boxes(low: Array, high: Array, origin: Array, cell: float, shape
     return out[:found].copy()
 
 
-@njit(cache=True, parallel=True)
-def are_crossing(points: Array, triangles: Indices, pairs: Indices) -> Mask:
-    """Return which pairs (m, 2) of triangles cross."""
-    out = np.empty(pairs.shape[0], np.bool_)
-    for k in prange(out.size):
-        out[k] = triangles_cross(points, row(triangles, pairs[k, 0]), row(triangles, pairs[k, 1]))
-    return out
-
-
 @njit(cache=True, error_model="numpy", _nrt=False)
 def _fans_cross(points: Array, triangles: Indices, starts: Indices, low: Array, high: Array, s: int, t: int) -> bool:
     """Return whether two fans cross, or one itself, of the triangles from `starts[s]` and `starts[t]` on."""

@@ -92,7 +92,9 @@ def cut_open(vertices: Array, faces: Indices) -> CutSurface:
     sides = np.stack([half // 3, mates[half] // 3], axis=1)
     lengths = norm(vertices[edges[:, 1]] - vertices[edges[:, 0]])
     lengths = np.maximum(lengths, 1e-9 * lengths.max())  # a sparse graph has no edges of length zero
-    graph, chosen = _graph(edges, lengths, len(vertices))
+    chosen = _least(edges, lengths, len(vertices))
+    one, other = np.concatenate([edges[chosen], edges[chosen, ::-1]]).T
+    graph = csr_matrix((np.tile(lengths[chosen], 2), (one, other)), shape=(len(vertices), len(vertices)))
     distance, parent = dijkstra(graph, indices=int(faces[0, 0]), return_predecessors=True)
     parent = np.maximum(parent.astype(np.int64), -1)
     in_tree = np.zeros(len(edges), bool)
@@ -110,26 +112,22 @@ def cut_open(vertices: Array, faces: Indices) -> CutSurface:
     return CutSurface(vertices, faces, edges, sides, lengths, parent, generators, forms, dual_cycles)
 
 
-def _graph(edges: Indices, lengths: Array, n: int) -> tuple[csr_matrix, Indices]:
-    """Return the adjacency matrix of lengths and the edges used, the shorter of two between the same vertices."""
-    low, high = edges.min(axis=1), edges.max(axis=1)
-    order = np.lexsort((lengths, high, low))
+def _least(pairs: Indices, costs: Array, n: int) -> Indices:
+    """Return the row of least cost among those of the same two nodes below n, in either order, by nodes."""
+    low, high = np.sort(pairs, axis=1).T
+    order = np.lexsort((costs, high, low))
     key = low[order] * n + high[order]
-    chosen = order[np.concatenate([[True], key[1:] != key[:-1]])]
-    pairs = np.concatenate([edges[chosen], edges[chosen, ::-1]])
-    return csr_matrix((np.tile(lengths[chosen], 2), (pairs[:, 0], pairs[:, 1])), shape=(n, n)), chosen
+    return order[np.concatenate([[True], key[1:] != key[:-1]])]
 
 
 def _cotree(sides: Indices, loop_lengths: Array, n: int) -> tuple[Indices, Mask]:
     """Return parents, with the edges to them (n, 2), in the maximum spanning tree by loop length, and its edges."""
     free = np.flatnonzero(np.isfinite(loop_lengths) & (sides[:, 0] != sides[:, 1]))
-    low, high = sides[free].min(axis=1), sides[free].max(axis=1)
-    order = np.lexsort((-loop_lengths[free], high, low))
-    key = low[order] * n + high[order]
-    order = order[np.concatenate([[True], key[1:] != key[:-1]])]
-    rank = np.argsort(np.argsort(-loop_lengths[free[order]], kind="stable")) + 1.0
-    tree = minimum_spanning_tree(csr_matrix((rank, (low[order], high[order])), shape=(n, n)))
-    by_rank = free[order][np.argsort(rank)]
+    free = free[_least(sides[free], -loop_lengths[free], n)]
+    rank = np.argsort(np.argsort(-loop_lengths[free], kind="stable")) + 1.0
+    low, high = np.sort(sides[free], axis=1).T
+    tree = minimum_spanning_tree(csr_matrix((rank, (low, high)), shape=(n, n)))
+    by_rank = free[np.argsort(rank)]
     _, parent = breadth_first_order(tree, 0, directed=False)
     above = np.full((n, 2), -1)
     rows, columns = tree.nonzero()

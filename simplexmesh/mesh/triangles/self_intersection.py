@@ -20,12 +20,13 @@ from simplexmesh.mesh.triangles import _kernels_intersection
 
 def crossing_triangles(points: Array, triangles: Indices) -> Indices:
     """Return the pairs (m, 2) of triangles that cross, sorted, the smaller index first."""
-    triangles = np.ascontiguousarray(triangles, np.int64)
+    points, triangles = np.ascontiguousarray(points, np.float64), np.ascontiguousarray(triangles, np.int64)
     if not len(triangles):
         return np.zeros((0, 2), np.int64)
     low, high = _boxes(points, triangles)
     pairs = overlapping_boxes(low, high, 2 * float((high - low).max(axis=1).mean()))
-    pairs = pairs[_kernels_intersection.are_crossing(np.ascontiguousarray(points, np.float64), triangles, pairs)]
+    starts = np.arange(len(triangles) + 1)
+    pairs = pairs[_kernels_intersection.are_crossing_fans(points, triangles, starts, low, high, pairs)]
     return pairs[np.lexsort(pairs.T[::-1])]
 
 

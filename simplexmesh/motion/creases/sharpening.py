@@ -27,7 +27,7 @@ from simplexmesh.motion.creases.sides import Sided
 from simplexmesh.motion.creases.unfolding import unfolded
 from simplexmesh.motion.model.deform import DeformableModel
 from simplexmesh.motion.model.state import mean_edge
-from simplexmesh.motion.model.untangle import untangled, with_membrane
+from simplexmesh.motion.model.untangle import Tangles, untangled, with_membrane
 from simplexmesh.motion.targets.isosurface import Isosurface
 from simplexmesh.motion.targets.triangles import surface_distance
 from simplexmesh.motion.topology.face_regions import dilated
@@ -218,7 +218,7 @@ def _released(scene: Scene, mesh: SimplexMesh, target: Sided, creased: Mask) -> 
         mesh = mesh.moved(np.where(near[:, None], scene.mesh.vertices, mesh.vertices))
         mesh = mesh.with_data(crease=creased.astype(np.uint8))
         if tangled_vertices(mesh).any():
-            out, _ = untangled(mesh, target, reach=2 * scene.edge)
+            out = untangled(Tangles(mesh), target, reach=2 * scene.edge).mesh
             creased &= (out.vertices == mesh.vertices).all(axis=1)
             mesh = out.with_data(crease=creased.astype(np.uint8))
     return mesh, creased

@@ -124,12 +124,7 @@ def _divide_by_cuts(edit: EditableMesh, mesh: SimplexMesh, faces: Indices, most:
 
 
 def removable_edges(connectivity: Connectivity, score: FaceScore) -> tuple[Indices, Indices32, Array]:
-    """Return a dart of each edge that T1 may remove, the faces (m, 4) on its sides and at its ends, and the new score.
-
-    None is near a hole or leaves a triangle or a face of more than nine vertices. Merging adds areas, curvatures and
-    distances, as the distance from the center of a face to a curved surface is proportional to its area: two equal
-    faces make one of eight times their score.
-    """
+    """Return a dart of each edge that T1 may remove, the faces (m, 4) beside it and at its ends, and the new score."""
     c = connectivity
     darts, around = _edges(c)
     sizes = c.face_sizes[around]
@@ -138,7 +133,7 @@ def removable_edges(connectivity: Connectivity, score: FaceScore) -> tuple[Indic
     darts, around = darts[valid], around[valid]
     one, other = around[:, 0], around[:, 1]
     merged = np.maximum(score.elongation[one], score.elongation[other])
-    for factor in (score.area, score.curvature, score.distance):
+    for factor in (score.area, score.curvature, score.distance):  # distances grow with areas
         merged = merged * (factor[one] + factor[other])
     return darts, around, merged
 

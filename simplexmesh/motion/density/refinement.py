@@ -207,7 +207,7 @@ class Refinement:
             pass
         if zone is not None:
             return model.mesh
-        return untangled(model.mesh, self.target, reach=self.reach, rounds=attempts)[0]
+        return untangled(Tangles(model.mesh), self.target, reach=self.reach, rounds=attempts).mesh
 
     def result(self) -> Refined:
         """Return the result record."""

@@ -174,11 +174,7 @@ def advance(i, moving, normals, force, push, reach, forces, out):
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def _obtuse_neighborhood(obtuse, i, a, b, c, wanted):
-    """Return whether a vertex and its neighbors all have angles beyond pi/2 of the sign of the wanted curvature.
-
-    Two simplex angles have the same H. On a coarse surface, such as a tetrahedron inscribed in its sphere, the larger
-    one is meant; at a spike, whose neighbors bend the other way, the smaller one.
-    """
+    """Return whether a vertex and its neighbors all have angles beyond pi/2 of the sign of the wanted curvature."""
     return obtuse[a] == obtuse[i] and obtuse[b] == obtuse[i] and obtuse[c] == obtuse[i] and wanted * obtuse[i] > 0.0
 
 

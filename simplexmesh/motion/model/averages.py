@@ -53,10 +53,7 @@ class Averages:
 
 
 def curvedness(vertices: Array, normals: Array, neighbors: Indices32, *, shortest: float = 0.0) -> Array:
-    """Return (n,) the rms change of normal per edge length, at least `shortest`, over the three neighbors.
-
-    It tends to sqrt((k1^2 + k2^2) / 2) under refinement: 1 / R on a sphere.
-    """
+    """Return (n,) the rms change of normal per edge length, at least `shortest`: about sqrt((k1^2 + k2^2) / 2)."""
     out = np.zeros(len(vertices))
     _kernels_averages.curvedness(np.asarray(vertices), np.asarray(normals), neighbors, shortest, out)
     return out
@@ -65,11 +62,7 @@ def curvedness(vertices: Array, normals: Array, neighbors: Indices32, *, shortes
 def adapted_metric(
     metric: Array, curvature: Array, neighbors: Indices32, *, strength: float, least: float = 1e-300
 ) -> Array:
-    """Return metric parameters (n, 3) moved half way to ``1/3 + strength (C_j - mean_k C_k) / C``, C the curvature.
-
-    The strength is reduced where needed to keep all three within `LOWEST`..`HIGHEST`, and C in the denominator is at
-    least `least` and its mean over the mesh: on flat parts the thesis's ratio amplifies noise.
-    """
-    floor, out = max(float(np.abs(curvature).mean()), least), np.empty_like(metric)
+    """Return metric parameters (n, 3) moved half way to ``1/3 + strength (C_j - mean_k C_k) / C``, C the curvature."""
+    floor, out = max(float(np.abs(curvature).mean()), least), np.empty_like(metric)  # the ratio amplifies noise
     _kernels_averages.adapted(metric, curvature, floor, neighbors, float(strength), LOWEST, HIGHEST, out)
     return out

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Mask
-from simplexmesh._base.vectors import dot, norm, normalized
+from simplexmesh._base.vectors import dot, norm, normalized, sums
 from simplexmesh.mesh.face_geometry import fan_vectors
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.model._kernels_contours import Courses
@@ -36,11 +36,6 @@ class BorderAttraction:
         self.points, self.weight = points, weight
         self._tree = cKDTree(points)
 
-    @classmethod
-    def of(cls, target: Any, edge: float, weight: float) -> BorderAttraction:
-        """Return the attraction of a target's border to a mesh of this mean edge; of no points without a border."""
-        return cls(wide_border(target if weight else None, edge), weight)
-
     def displacements(self, vertices: Array, rims: Courses, reach: float) -> Array:
         """Return (m, 3) the way, across its hole, of each boundary vertex to the mean of its nearest points."""
         positions = vertices[rims.vertices]
@@ -51,8 +46,7 @@ class BorderAttraction:
         side = 0.5 * (norm(ahead - positions) + norm(back - positions))
         assigned = near < MAX_SPACING * side[owner]
         count = np.bincount(owner[assigned], minlength=len(positions))
-        total = np.zeros_like(positions)
-        np.add.at(total, owner[assigned], self.points[assigned])
+        total = sums(self.points[assigned], owner[assigned], len(positions))
         matched = count > 0
         step[matched] = total[matched] / count[matched, None] - positions[matched]
         along = normalized(ahead - back)

@@ -42,10 +42,7 @@ def courses(lines: Sequence[tuple[NDArray[np.integer[Any]], bool]]) -> Courses:
 
 
 class Contours:
-    """Contours under the internal force of 1-simplex meshes (Delingette 1994, sections 3.2 and 4.8), and others.
-
-    Rims without conditions keep their curvature; the border of the data attracts all rims.
-    """
+    """Contours, and rims that the border of the data attracts, under the force of 1-simplex meshes (1994, 3.2, 4.8)."""
 
     def __init__(
         self, mesh: SimplexMesh, reference: SimplexMesh, attraction: BorderAttraction, conditions: Sequence[Condition]

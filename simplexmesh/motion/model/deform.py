@@ -29,7 +29,7 @@ from simplexmesh.motion.model._kernels_step import (
     Wanted,
 )
 from simplexmesh.motion.model.averages import FLAT, Averages, adapted_metric, curvedness
-from simplexmesh.motion.model.boundary import BorderAttraction
+from simplexmesh.motion.model.boundary import BorderAttraction, wide_border
 from simplexmesh.motion.model.conditions import CONTINUITIES, Condition, conditions_on
 from simplexmesh.motion.model.contours import Contours
 from simplexmesh.motion.model.forces import CONSTRAINTS, Force, Frame, total_displacement
@@ -170,7 +170,8 @@ class DeformableModel:
         self._contours: Contours | None = None
         self._pinned = any(condition.pinned for condition in conditions)
         if mesh.n_holes or conditions:
-            attraction = BorderAttraction.of(target if mesh.n_holes else None, mean_edge(mesh), seeking)
+            border = wide_border(target if mesh.n_holes and seeking else None, mean_edge(mesh))
+            attraction = BorderAttraction(border, seeking)
             self._contours = Contours(mesh, mesh if reference is None else reference, attraction, conditions)
 
     def _allocate(self, vertices: Array, velocity: Array | float) -> None:

@@ -10,18 +10,14 @@ from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 
 def excerpt(mesh: SimplexMesh, zone: Mask) -> tuple[SimplexMesh, Indices]:
-    """Return a mesh of the vertices of a zone (n,) and the far ends of edges that leave it, and their rows in `mesh`.
-
-    Vertices of the zone keep their neighbors, in the same order; the ends, one for each edge, are closed by a ring. Of
-    a zone with vertices on holes, or that hardly any edge leaves, and of a mesh with creases, whose target tells
-    vertices apart by their number, the whole mesh is returned.
-    """
+    """Return a mesh of a zone (n,) and the far ends of edges out of it, which a ring closes, and its rows in `mesh`."""
     c = mesh.connectivity
     inside = np.flatnonzero(zone)
     near = c.neighbors[inside]
     vertex, slot = np.nonzero(~zone[near])
     k, count = len(inside), len(vertex)
     if count < 3 or "crease" in mesh.data or c.face_is_hole[c.vertex_faces[inside]].any():
+        # with too few ends for a ring, or a target that tells the vertices of creases by their number
         return mesh, np.arange(c.n_vertices)
     number = np.zeros(c.n_vertices, np.int64)
     number[inside] = np.arange(k)

@@ -92,18 +92,14 @@ def mean_edge(mesh: SimplexMesh) -> float:
 
 
 def is_at_rest(states: Sequence[State], edge: float) -> bool:
-    """Return whether in the last ten of a stage's states no vertex moved by much of an `edge`, or the energy rests.
-
-    It rests where it twice changes no more than it fluctuates with a few that swing, and where it is that of vertices
-    that are all so near to their goals (``alpha / 2`` is 0.2): on clean data it goes on falling as they slide along the
-    surface.
-    """
+    """Return whether in the last ten of a stage's states no vertex moved by much of an `edge`, or the energy rests."""
     if len(states) < 20 or len(states) % 10:
         return False
     if max(state.move for state in states[-10:]) <= STILL * edge:
         return True
     blocks = np.array([state.energy for state in states[-30:]]).reshape(-1, 10)
     then, now = blocks[-2:].mean(axis=1)
+    # half of alpha is 0.2: of vertices that near to their goals the energy falls as long as they slide along clean data
     if now <= 0.2 * (STILL * edge) ** 2 or abs(now - then) <= LEVEL * then:
         return True
     change = np.abs(np.diff(blocks.mean(axis=1)))
@@ -121,12 +117,11 @@ class Release:
         """(n,) bool: the vertices released now."""
         return self._rings > 0
 
-    def update(self, normals: Array, neighbors: Indices32, gaps: Array, held: Mask) -> Mask:
-        """Return (n,) the vertices released now, given their gaps (n,); none of those that are held (n,)."""
+    def update(self, normals: Array, neighbors: Indices32, gaps: Array, held: Mask) -> None:
+        """Find the vertices released now, given their gaps (n,); none of those that are held (n,)."""
         _kernels_averages.released(normals, neighbors, gaps, RINGS, self._rings, self._other)
         self._rings, self._other = self._other, self._rings
         self._rings[held] = 0
-        return self.mask
 
 
 class Confines:

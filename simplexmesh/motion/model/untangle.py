@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -21,9 +20,6 @@ from simplexmesh.motion.model.deform import DeformableModel
 from simplexmesh.motion.model.excerpt import excerpt
 from simplexmesh.motion.targets.protocol import Target
 from simplexmesh.motion.topology.face_regions import dilated
-
-PATIENCE = 3
-"""Attempts at smoothing before remaining tangles are moved back towards the start, if there is one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,31 +96,15 @@ def _on_faces_of(connectivity: Connectivity, marked: Mask) -> Mask:
 
 
 def untangled(
-    mesh: SimplexMesh, target: Target, *, reach: float, start: SimplexMesh | None = None, rounds: int = 10
-) -> tuple[SimplexMesh, int]:
-    """Return the mesh with folds and self-intersections removed, and the number of vertices still tangled.
-
-    Tangled vertices and their neighborhoods, larger in each of at most `rounds` attempts, first relax without data
-    under orientation continuity, then are fitted again, stiffer each time. A region keeps its old positions where that
-    does not help. Remaining tangles are blended with `start`, the same mesh at untangled positions near the data. In
-    the end all moved vertices are fitted to the data again, less stiffly, where that tangles nothing.
-    """
-    tangles = untangled_from(Tangles(mesh), target, reach=reach, start=start, rounds=rounds)
-    return tangles.mesh, tangles.count
-
-
-def untangled_from(
     tangles: Tangles, target: Target, *, reach: float, start: SimplexMesh | None = None, rounds: int = 10
 ) -> Tangles:
-    """Return what `untangled` does, from tangles of which some may be known, with those that are left."""
+    """Return a mesh without folds and intersections, by rounds of smoothing, blends with the start, and a last fit."""
     mesh = tangles.mesh
-    tangles = _smoothed(tangles, target, reach, range(min(PATIENCE, rounds)))
-    tangles = _blended_with_start(tangles, start)
-    if rounds > PATIENCE and tangles.count:
-        tangles = _blended_with_start(_smoothed(tangles, target, reach, range(PATIENCE, rounds)), start)
-    if tangles.mesh is not mesh:
-        tangles = _refitted(tangles, mesh, target, reach)
-    return tangles
+    for attempt in range(rounds):
+        if not tangles.count:
+            break
+        tangles = _blended_with_start(_smoothed(tangles, target, reach, attempt), start)
+    return _refitted(tangles, mesh, target, reach) if tangles.mesh is not mesh else tangles
 
 
 def with_membrane(mesh: SimplexMesh, zone: Mask) -> SimplexMesh:
@@ -153,35 +133,31 @@ def with_membrane(mesh: SimplexMesh, zone: Mask) -> SimplexMesh:
     return mesh.moved(places)
 
 
-def _smoothed(tangles: Tangles, target: Target, reach: float, attempts: Iterable[int]) -> Tangles:
+def _smoothed(tangles: Tangles, target: Target, reach: float, attempt: int) -> Tangles:
     """Return the mesh with its tangled regions relaxed without data, then fitted again, stiffer with each attempt."""
-    for attempt in attempts:
-        if not tangles.count:
-            break
-        marked = dilated(tangles.vertices, tangles.mesh.neighbors, 2 + attempt)
-        part, rows = excerpt(tangles.mesh, dilated(marked, tangles.mesh.neighbors, 3 + attempt))
-        free = marked[rows].astype(float)
-        relaxing = DeformableModel(part, alpha=0.5 * free, damping=1.0, constraint="orientation")
-        try:
-            for _ in relaxing.run(5 + 5 * attempt, warnings=False):
-                pass
-            refitting = DeformableModel(
-                relaxing.mesh,
-                target,
-                alpha=0.4 * free,
-                beta=0.2 / (1 + attempt) * free,
-                damping=1.0,
-                reach=reach,
-                rigidity=3 + attempt,
-                seeking=0.2 / (1 + attempt),
-            )
-            for _ in refitting.run(20, warnings=False):
-                pass
-        except DivergedError as error:  # a mesh too coarse for its topology has no smooth shape
-            warn(f"untangling ended early: {error}")
-            break
-        tangles = tangles.improved(_with_rows(tangles.mesh, rows, refitting.mesh), marked)
-    return tangles
+    marked = dilated(tangles.vertices, tangles.mesh.neighbors, 2 + attempt)
+    part, rows = excerpt(tangles.mesh, dilated(marked, tangles.mesh.neighbors, 3 + attempt))
+    free = marked[rows].astype(float)
+    relaxing = DeformableModel(part, alpha=0.5 * free, damping=1.0, constraint="orientation")
+    try:
+        for _ in relaxing.run(5 + 5 * attempt, warnings=False):
+            pass
+        refitting = DeformableModel(
+            relaxing.mesh,
+            target,
+            alpha=0.4 * free,
+            beta=0.2 / (1 + attempt) * free,
+            damping=1.0,
+            reach=reach,
+            rigidity=3 + attempt,
+            seeking=0.2 / (1 + attempt),
+        )
+        for _ in refitting.run(20, warnings=False):
+            pass
+    except DivergedError as error:  # a mesh too coarse for its topology has no smooth shape
+        warn(f"an attempt at untangling was given up: {error}")
+        return tangles
+    return tangles.improved(_with_rows(tangles.mesh, rows, refitting.mesh), marked)
 
 
 def _with_rows(mesh: SimplexMesh, rows: Indices, part: SimplexMesh) -> SimplexMesh:

@@ -24,7 +24,7 @@ from simplexmesh.motion.model.boundary import wide_border
 from simplexmesh.motion.model.state import Stage, mean_edge
 from simplexmesh.motion.reconstruct.options import FEWEST_VERTICES, stages_from
 from simplexmesh.motion.reconstruct.run import Run, settle
-from simplexmesh.motion.targets.protocol import Target
+from simplexmesh.motion.start.report import FAR
 from simplexmesh.motion.topology.holes import HoleProposal, open_holes
 from simplexmesh.motion.topology.wrapping import wrapped
 
@@ -59,7 +59,7 @@ def _open_holes(run: Run, edges: float = 2.0) -> None:
         mesh = run.mesh
         choice: dict[str, Any] = {"accept": wanted, "reach": edges * mean_edge(mesh)}
         if wanted in ("auto", "open"):
-            choice["accept"] = _near_border(run.target, mean_edge(mesh))
+            choice["accept"] = _near_border(run, mean_edge(mesh))
         elif isinstance(wanted, list):
             choice = {"zones": run.zones}
         out = open_holes(mesh, run.target, fewest=max(3, mesh.n_faces // 100), **choice)
@@ -82,13 +82,19 @@ def _as_one_surface(mesh: SimplexMesh, *, all_parts: bool) -> SimplexMesh:
     return SimplexMesh(mesh.vertices, Connectivity(c.twin, holes, c.contour_darts), mesh.data, mesh.unit)
 
 
-def _near_border(target: Target, edge: float) -> Callable[[HoleProposal], bool | str]:
-    """Return a predicate that accepts zones near a border of the data; elsewhere the mesh has not reached it yet."""
-    points = wide_border(target, edge)
+def _near_border(run: Run, edge: float) -> Callable[[HoleProposal], bool | str]:
+    """Return a predicate that accepts zones near a border of the data; elsewhere the mesh has not reached it yet.
+
+    Of data known to be open it accepts lids too, far from all of it: noise hides borders.
+    """
+    points = wide_border(run.target, edge)
     tree = cKDTree(points) if len(points) else None
+    far = FAR * run.data.diagonal if run.options.holes == "open" else np.inf
 
     def accept(proposal: HoleProposal) -> bool | str:
         line = proposal.contour
+        if line is not None and np.median(run.tree.query(line.mesh.vertices[proposal.vertices])[0]) > far:
+            return True
         if tree is None or line is None:
             return "the data has no border wide enough"
         away = float(np.median(tree.query(line.mesh.vertices[line.vertices])[0]))

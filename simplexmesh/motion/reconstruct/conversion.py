@@ -17,9 +17,8 @@ from simplexmesh._base.errors import warn
 from simplexmesh._base.vectors import norm
 from simplexmesh.data.conversion import as_data, as_triangles
 from simplexmesh.data.foreign import is_foreign
-from simplexmesh.data.io.reading import read_poses
 from simplexmesh.data.points import PointCloud, cloud_of_vertices, warn_of_steps
-from simplexmesh.data.poses import rigid
+from simplexmesh.data.poses import read_poses, rigid
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
 from simplexmesh.mesh.simplex_mesh import SimplexMesh

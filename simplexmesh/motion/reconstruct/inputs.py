@@ -11,6 +11,7 @@ import numpy as np
 
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import counted, warn
+from simplexmesh._base.vectors import dot
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
@@ -179,7 +180,9 @@ class PointsInput(Input):
                 warn("the points' normals bound no solid and were left out")
         elif start.report.is_open:
             more = int(vertices * max(1.0, START_SHARE / (1 - start.report.openness / 2)))  # many are on lids
-            start = start_from_points(outward_cloud(cloud), more, **options)
+            doubled = start.report.doubled
+            start = start_from_points(outward_cloud(cloud, is_open=True), more, **options)
+            start = replace(start, report=replace(start.report, doubled=doubled))
         assert start.indicator is not None
         inward = start.indicator.at(cloud.points)[1]
         if cloud.normals is None:
@@ -234,7 +237,7 @@ class TrianglesInput(Input):
         return self._sampled
 
     def start(self, vertices: int, tunnels: float | None) -> tuple[Start, Target]:
-        """Return the dual of a coarse surface around even samples of the triangles."""
+        """Return the dual of a coarse surface around even samples of the triangles, and these facing out of it."""
         start = start_from_points(self._sampled, vertices, components=self.components, tunnels=tunnels or 0.0)
         known = self.source.topology
         if known.n_components == 1 and not known.n_borders and known.genus != start.report.genus and not tunnels:
@@ -242,7 +245,13 @@ class TrianglesInput(Input):
                 f"the surface has genus {known.genus}, the model has {start.report.genus}: handles finer than the "
                 "resolution of its start are lost; more vertices may keep them"
             )
-        return start, self.target
+        points, normals = self._sampled.points, self._sampled.normals
+        assert start.indicator is not None
+        assert normals is not None
+        if dot(start.indicator.at(points)[1], normals).sum() <= 0:
+            return start, self.target
+        warn("the triangles face inwards and were flipped")
+        return start, self._flipped.target
 
     def turned_outward(self, *, enclosed: bool = True) -> TrianglesInput:
         """Return an open surface with its triangles turned away from the centroid of its border."""
@@ -252,4 +261,8 @@ class TrianglesInput(Input):
         centers = surface.vertices[surface.faces].mean(axis=1)
         if not are_inward(centers, surface.face_vectors, border.mean(axis=0)):
             return self
-        return replace(self, source=replace(surface, faces=surface.faces[:, ::-1]))
+        return self._flipped
+
+    @property
+    def _flipped(self) -> TrianglesInput:
+        return replace(self, source=replace(self.source, faces=self.source.faces[:, ::-1]))

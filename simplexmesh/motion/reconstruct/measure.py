@@ -15,7 +15,7 @@ from simplexmesh.mesh.face_geometry import face_centroids
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.mesh.triangulation import fan
 from simplexmesh.motion.model.state import mean_edge
-from simplexmesh.motion.model.untangle import Tangles, untangled_from, with_membrane
+from simplexmesh.motion.model.untangle import Tangles, untangled, with_membrane
 from simplexmesh.motion.reconstruct.outer_side import border_width
 from simplexmesh.motion.reconstruct.result import LEAST_BARE, Distance, Summary
 from simplexmesh.motion.reconstruct.run import Run
@@ -29,6 +29,9 @@ from simplexmesh.numerics.plane_fits import spacing_of
 
 MOST_UNSEEN, MOST_MISSED = 0.25, 0.05
 """Fractions of the model without data nearby, and of the data without model nearby, above which a warning is given."""
+
+MOST_DOUBLED = 0.25
+"""Share of a start that may be one sheet or two sides, above which a warning is given: thicker plates have less."""
 
 CLEARLY_OPEN = 0.2
 """Width of the border of data, in its diagonals, from which a model without holes is warned of."""
@@ -110,7 +113,7 @@ def restored(tangles: Tangles, strays: Strays, target: Target) -> Tangles:
             film = with_membrane(mesh, zone)
             if laid:
                 film = film.moved(strays.places(film.vertices))
-            mended = untangled_from(tangles.with_positions(film, zone), target, reach=strays.edge, rounds=3)
+            mended = untangled(tangles.with_positions(film, zone), target, reach=strays.edge, rounds=3)
             tangles = _improved(tangles, mended.mesh, strays)
     return tangles
 
@@ -166,6 +169,7 @@ def _warn_of_topology(run: Run, *, lid: bool) -> None:
     messages = []
     if run.options.holes == "open":
         messages.append(openness_message(run.mesh.n_holes, run.bare if lid else 0.0, opens=run.opens))
+        messages.append(sides_message(run.found.doubled if run.found else 0.0))
     if run.options.holes == "auto":
         messages.append(open_data_message(run.target, run.data.points, run.mesh))
     if run.surface is not None:
@@ -180,10 +184,7 @@ def _warn_of_topology(run: Run, *, lid: bool) -> None:
 
 
 def openness_message(holes: int, bare: float, *, opens: bool) -> str:
-    """Return a message about data found to be open or not, and a model with holes or bare lids; empty if it is closed.
-
-    Lids of models that nobody asked to open have a remedy; those of open surfaces could not be cut off.
-    """
+    """Return a message about data found to be open, and a model with holes or bare lids; empty if it is closed."""
     if holes:
         end = "a hole" if holes == 1 else f"{holes} holes"
         return f"the data is an open surface: the model is kept open and ends where it does, at {end}"
@@ -193,6 +194,16 @@ def openness_message(holes: int, bare: float, *, opens: bool) -> str:
     if opens:
         return f"{closes}; nothing was found to cut off, more vertices may help"
     return f"{closes}; holes='auto' leaves it open, holes='none' closes it without this warning"
+
+
+def sides_message(doubled: float) -> str:
+    """Return a message about a share of a start that may be a noisy sheet or a thin solid; empty if that is small."""
+    if doubled <= MOST_DOUBLED:
+        return ""
+    return (
+        f"noise hides whether {doubled:.0%} of the data is one sheet or the two sides of a solid less than three times "
+        "as thick as the noise"
+    )
 
 
 def genus_message(surface: SimplexMesh, mesh: SimplexMesh, proposals: Sequence[HandleProposal]) -> str:

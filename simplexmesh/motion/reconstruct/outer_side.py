@@ -15,9 +15,12 @@ from simplexmesh._base.vectors import dot, norm
 from simplexmesh.data.points import PointCloud
 from simplexmesh.motion.targets.borders import border_of_points
 from simplexmesh.motion.targets.protocol import Target
-from simplexmesh.numerics.plane_fits import planes
+from simplexmesh.numerics.plane_fits import planes, thinned
 from simplexmesh.orientation.poisson import oriented_indicator
 from simplexmesh.orientation.propagation import propagated
+
+NEIGHBORS = 20
+"""Nearest points between which signs are propagated: of much noise 10 leave up to 20 % wrong, 20 at most 5 %."""
 
 STRAIGHT = 0.05
 """Mean cosine below which data is too flat to have an outer side: it keeps the side that it has."""
@@ -35,22 +38,26 @@ def are_inward(points: Array, normals: Array, center: Array) -> bool:
     return bool(dot(away, normals).sum() < -STRAIGHT * (norm(away) * norm(normals)).sum())
 
 
-def outward_cloud(cloud: PointCloud) -> PointCloud:
-    """Return a cloud with its normals, or those of local planes, away from the centroid of its border."""
+def outward_cloud(cloud: PointCloud, *, is_open: bool = False) -> PointCloud:
+    """Return a cloud with its normals, or those of local planes, away from the centroid of its border.
+
+    Points without normals that are not known to be open, and show no border, are taken to bound a solid.
+    """
     points, normals = cloud.points, cloud.normals
     border = border_of_points(points).points
     center = (border if len(border) else points).mean(axis=0)
     if normals is None:
-        normals = planes(points).normals
-        normals = _propagated(points, normals) if len(border) else _bounding(points, normals)
+        normals = _propagated(points) if is_open or len(border) else _bounding(points, planes(points).normals)
     return replace(cloud, normals=-normals if are_inward(points, normals, center) else normals)
 
 
-def _propagated(points: Array, normals: Array) -> Array:
-    """Return unit normals (n, 3) with signs propagated between the ten nearest points."""
-    k = min(10, len(points) - 1)
-    _, near = cKDTree(points).query(points, k=k + 1, workers=-1)
-    return propagated(k * np.arange(len(points) + 1), near[:, 1:].ravel(), points, normals)
+def _propagated(points: Array) -> Array:
+    """Return unit normals (n, 3) with signs propagated between neighbors that are as far apart as their noise."""
+    some = thinned(points)
+    found, k = planes(some), min(NEIGHBORS, len(some) - 1)
+    near = cKDTree(found.places).query(found.places, k=k + 1, workers=-1)[1]
+    normals = propagated(k * np.arange(len(some) + 1), near[:, 1:].ravel(), found.places, found.normals)
+    return normals if some is points else normals[cKDTree(some).query(points, workers=-1)[1]]
 
 
 def _bounding(points: Array, normals: Array) -> Array:

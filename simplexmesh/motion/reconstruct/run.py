@@ -18,7 +18,7 @@ from simplexmesh.mesh.triangulation import fan
 from simplexmesh.motion.model.boundary import unfolded_boundary
 from simplexmesh.motion.model.deform import DeformableModel
 from simplexmesh.motion.model.state import Stage, State, is_at_rest, mean_edge
-from simplexmesh.motion.model.untangle import untangled
+from simplexmesh.motion.model.untangle import Tangles, untangled
 from simplexmesh.motion.reconstruct.inputs import Input
 from simplexmesh.motion.reconstruct.options import Options, stages_from
 from simplexmesh.motion.reconstruct.outer_side import border_width
@@ -132,10 +132,11 @@ class Run:
 
     def untangle(self, reach: float) -> int:
         """Remove folds and intersections; return the number of vertices still tangled."""
-        self.mesh, left = untangled(self.mesh, self.target, reach=reach, start=self.fallback)
-        if not left:
+        tangles = untangled(Tangles(self.mesh), self.target, reach=reach, start=self.fallback)
+        self.mesh = tangles.mesh
+        if not tangles.count:
             self.fallback = self.mesh
-        return left
+        return tangles.count
 
     def count(self, **numbers: int) -> None:
         """Add to counts in the record of changes."""

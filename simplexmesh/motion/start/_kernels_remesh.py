@@ -184,10 +184,7 @@ def _may_collapse(vertices, corners, mates, seen, h, turn):
 
 @njit(cache=True, error_model="numpy", _nrt=False)
 def _collapse_in_sweeps(vertices, corners, mates, heap, seen, left, triangles, turn):
-    """Collapse edges below a length that grows by a tenth with each sweep over all; return how many triangles are left.
-
-    With an empty queue: a full one of a million edges costs more than twice as much as the collapses.
-    """
+    """Collapse edges below a length that grows by a tenth with each sweep over all; return how many triangles stay."""
     limit, more = 0.0, True
     for h in range(len(mates)):
         if corners[h] != REMOVED:
@@ -211,14 +208,11 @@ def _collapse_in_sweeps(vertices, corners, mates, heap, seen, left, triangles, t
 
 @njit(cache=True, error_model="numpy")
 def collapse_shortest(vertices, corners, mates, triangles, turn):
-    """Collapse the shortest edge to its midpoint, in place, until `triangles` are left; return how many are left.
-
-    Edges that may not go now are tried again after one of their ends has moved. Removed triangles have corners
-    `REMOVED`. Where far more triangles are left than wanted, their edges are collapsed in order of rough length.
-    """
+    """Collapse the shortest edge to its midpoint, in place, until `triangles` are left; return how many are left."""
     heap = new_heap(len(mates))
     seen = np.full(len(vertices), -1)
     left = np.count_nonzero(corners != REMOVED) // 3
+    # while the queue is empty: one of a million edges costs more than twice as much as the collapses
     left = _collapse_in_sweeps(vertices, corners, mates, heap, seen, left, max(4 * triangles, FEW), turn)
     for h in range(len(mates)):
         if h < mates[h] and corners[h] != REMOVED:

@@ -42,11 +42,7 @@ def _count_components(inside, wanted, adjacency, mark, stack):
 
 @njit(cache=True, error_model="numpy")
 def thin(solid, keep, distance_order, adjacency6, adjacency26, rounds):
-    """Remove simple cells of `solid` that are not in `keep`, in place; return their number. Preserves the topology.
-
-    A cell is simple if one 6-connected component of the solid and one 26-connected component of the outside are
-    adjacent to it in its 3x3x3 block. `distance_order` (m, 3) lists the cells to try, outermost first.
-    """
+    """Remove simple cells (m, 3) of `solid`, in `distance_order`, that are not in `keep`, in place; return how many."""
     block = np.zeros(27, np.int8)
     mark = np.zeros(27, np.bool_)
     stack = np.zeros(27, np.int64)
@@ -65,6 +61,7 @@ def thin(solid, keep, distance_order, adjacency6, adjacency26, rounds):
                         s += 1
             if block.all():
                 continue
+            # simple: one 6-connected component inside and one 26-connected outside are adjacent to the cell
             inner = _count_components(block, 1, adjacency6, mark, stack)
             if inner == 1 and _count_components(block, 0, adjacency26, mark, stack) == 1:
                 solid[i, j, k] = False

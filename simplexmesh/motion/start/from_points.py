@@ -9,10 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from simplexmesh._base.arrays import Array
-from simplexmesh._base.vectors import norm
 from simplexmesh.data.points import PointCloud
-from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.start.report import FAR, Start, StartReport
+from simplexmesh.motion.start.openness import share_bare, share_doubled
+from simplexmesh.motion.start.report import Start, StartReport
 from simplexmesh.motion.start.solid_mesh import FEWEST, cell_size, solid_mesh
 from simplexmesh.motion.start.topology import pieces, without_cavities, without_tunnels
 from simplexmesh.numerics.kd_tree import uneven_tree
@@ -46,8 +45,11 @@ def start_from_points(
     T_world_cell = np.diag([cell, cell, cell, 1.0])
     T_world_cell[:3, 3] = indicator.grid.to_world(np.full((1, 3), -1.0))[0]
     mesh, _ = solid_mesh(field, solid, T_world_cell, vertices)
-    openness = _openness(mesh, cloud.points)
-    report = StartReport(indicator.grid.shape, cell, mesh.genus, mesh.n_components, sealed, dropped, openness=openness)
+    report = StartReport(
+        indicator.grid.shape, cell, mesh.genus, mesh.n_components, sealed, dropped,
+        openness=share_bare(mesh, cloud.points),
+        doubled=share_doubled(mesh, cloud.points) if cloud.normals is None else 0.0,
+    )  # fmt: skip
     return Start(mesh, report, indicator)
 
 
@@ -70,12 +72,3 @@ def _cell(points: Array, spacing: float, vertices: int) -> float:
     longest = float(np.ptp(points, axis=0).max())
     cells = longest / cell_size(len(points) * spacing**2, vertices)
     return max(0.8 * spacing, longest / float(np.clip(cells, COARSEST, FINEST)))
-
-
-def _openness(mesh: SimplexMesh, points: Array) -> float:
-    """Return the share of the area of a mesh that is far from all points; parts that face opposite ways count twice."""
-    c = mesh.connectivity
-    areas = (mesh.face_areas / c.face_sizes)[c.face].sum(axis=1)
-    away = uneven_tree(points).query(mesh.vertices, workers=-1)[0]
-    lids = np.where(away > FAR * norm(np.ptp(points, axis=0)), areas, 0.0)
-    return float((2 * lids.sum() - norm(lids @ mesh.normals)) / areas.sum())

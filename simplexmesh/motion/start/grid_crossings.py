@@ -60,18 +60,8 @@ def _leaving(values: NDArray[np.float32]) -> Array:
         share = np.where(np.isinf(a) | np.isinf(b), 0.5, 0.0)
         known = share == 0.0
         share[known] = a[known] / (a[known] - b[known])
-        index = at.astype(float)
-        index[:, 0] += share
-        points.append(_axes_back(index, axis))
+        points.append(np.insert(at[:, 1:].astype(float), axis, at[:, 0] + share, axis=1))
     return np.concatenate(points)
-
-
-def _axes_back(index: Array, axis: int) -> Array:
-    """Return index columns in the order i, j, k, given those with `axis` moved to the front."""
-    order = [axis, *(a for a in range(3) if a != axis)]
-    out = np.zeros_like(index)
-    out[:, order] = index
-    return out
 
 
 def _cropped(values: NDArray[Any], level: float) -> tuple[Indices, NDArray[Any]]:

@@ -31,11 +31,7 @@ def principal_frame(points: Array) -> tuple[Array, Array]:
 
 
 def primitive_around(points: Array, kind: str, vertices: int, *, facing: Array | None = None) -> SimplexMesh:
-    """Return a primitive with about `vertices` vertices around points, or through them if it is open.
-
-    A cylinder runs along the longest principal axis, a plane spans the two longest, on the side of `facing`, and a
-    torus turns about the shortest.
-    """
+    """Return a primitive with about `vertices` vertices around points, or through them, on the side of `facing`."""
     checks.choice("init", kind, PRIMITIVES)
     center, axes = principal_frame(points)
     if kind == "plane" and facing is not None and axes[2] @ facing < 0:

@@ -37,6 +37,9 @@ class StartReport:
         For points and triangles: the share of the mesh's area that is farther from all of them than 4 % of their
         diagonal, where parts that face opposite ways, as the lids of a tube, count twice. 0 if they enclose a solid,
         up to 0.25 for solids scanned from all sides but one, more for open surfaces.
+    doubled : float
+        For points without normals: the share of the mesh's area where its two sides have only the points of one noisy
+        sheet; half of it counts as open too. Sides of a solid that are closer than three times the noise look alike.
     """
 
     grid: tuple[int, int, int]
@@ -47,11 +50,12 @@ class StartReport:
     components_dropped: int = 0
     share_dropped: float = 0.0
     openness: float = 0.0
+    doubled: float = 0.0
 
     @property
     def is_open(self) -> bool:
-        """Whether the data is an open surface: more than a quarter of a closed mesh would be without data."""
-        return self.openness > MOST_OPEN
+        """Whether the data is an open surface: more than a quarter of a closed mesh has no data of its own."""
+        return self.openness + self.doubled / 2 > MOST_OPEN
 
     def __str__(self) -> str:
         parts = [f"start of genus {self.genus}", f"{self.components} components" if self.components > 1 else ""]

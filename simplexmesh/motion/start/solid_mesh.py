@@ -38,11 +38,7 @@ THICKENINGS = 8
 
 
 def isosurface(field: NDArray[Any], solid: Mask, triangles: int = 0) -> tuple[Array, Indices]:
-    """Return the closed triangulated surface of a solid, in units of cells; sample (i, j, k) is at (i, j, k).
-
-    The field is positive inside; where it contradicts the solid, the solid takes precedence. The border of the solid is
-    outside. With fewer than `triangles` triangles the field is resampled to a finer grid.
-    """
+    """Return the closed surface of a solid in a field, in cells, on a finer grid if that has too few `triangles`."""
     box = box_around(solid)
     if box is None:
         return np.zeros((0, 3)), np.zeros((0, 3), np.int64)
@@ -142,13 +138,8 @@ def edge_length(area: float, vertices: int) -> float:
 
 def surface_area(solid: Mask, spacing: Array) -> float:
     """Estimate the surface area of a voxel solid as two thirds of the area of its boundary faces."""
-    total = 0.0
-    for axis in range(3):
-        front, back = [slice(None)] * 3, [slice(None)] * 3
-        front[axis], back[axis] = slice(1, None), slice(None, -1)
-        faces = np.count_nonzero(solid[tuple(front)] != solid[tuple(back)])
-        total += float(faces * np.prod(spacing) / spacing[axis])
-    return total * 2 / 3
+    faces = [np.count_nonzero(np.diff(solid, axis=axis)) for axis in range(3)]
+    return sum(float(count * np.prod(spacing) / spacing[axis]) for axis, count in enumerate(faces)) * 2 / 3
 
 
 def solid_mesh(field: NDArray[np.float32], solid: Mask, T_world_cell: Array, vertices: int) -> tuple[SimplexMesh, Mask]:

@@ -32,9 +32,8 @@ def euler(solid: Mask) -> int:
         cells = solid
         for axis in range(3):
             if corner >> axis & 1:
-                front, back = [slice(None)] * 3, [slice(None)] * 3
-                front[axis], back[axis] = slice(1, None), slice(None, -1)
-                cells = cells[tuple(front)] & cells[tuple(back)]
+                along = np.moveaxis(cells, axis, 0)
+                cells = np.moveaxis(along[1:] & along[:-1], 0, axis)
         number += (-1) ** (corner.bit_count()) * int(np.count_nonzero(cells))
     return number
 

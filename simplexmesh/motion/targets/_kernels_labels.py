@@ -11,19 +11,6 @@ from simplexmesh._base._kernels_njit import njit
 
 
 @njit(cache=True, error_model="numpy", parallel=True)
-def count_crossings(mask, counts):
-    """Fill, per slice along the first axis, the number of differing adjacent pairs; the mask has an empty margin."""
-    nx, ny, nz = mask.shape
-    for i in prange(2, nx - 1):
-        n = 0
-        for j in range(1, ny - 1):
-            for k in range(1, nz - 1):
-                here = mask[i, j, k]
-                n += (here != mask[i - 1, j, k]) + (here != mask[i, j - 1, k]) + (here != mask[i, j, k - 1])
-        counts[i] = n
-
-
-@njit(cache=True, error_model="numpy", parallel=True)
 def fill_crossings(mask, starts, places, axes, gradients):
     """Fill midpoint, axis and outward direction of each crossing, minus the region's first moment, as indices."""
     nx, ny, nz = mask.shape

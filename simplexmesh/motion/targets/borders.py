@@ -14,8 +14,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices, Mask
-from simplexmesh._base.vectors import norm
-from simplexmesh.motion.targets import _kernels_borders
+from simplexmesh._base.vectors import norm, tangents
+from simplexmesh.numerics.plane_fits import fitted, thinned
 
 NEIGHBORS = 24
 MIN_ANGLE_GAP = np.deg2rad(110.0)
@@ -73,16 +73,18 @@ def border_of_points(points: Array) -> Border:
     """Return the border points of a cloud: those whose neighbors, in the tangent plane, are on one side."""
     if len(points) > MAX_POINTS:
         points = points[np.random.default_rng(0).choice(len(points), MAX_POINTS, replace=False)]
+    points = thinned(points)
     k = min(NEIGHBORS, len(points) - 1)
     if k < 3:
         return Border(np.zeros((0, 3)), np.zeros(0))
     tree = cKDTree(points)
     distance, near = tree.query(points, k=k + 1, workers=-1)
-    on, normals = _one_sided(points, np.arange(len(points)), near[:, 1:], None)
+    others = np.ascontiguousarray(near[:, 1:])
+    normals = fitted(points, others)[0]
+    on = np.flatnonzero(_are_one_sided(points[others] - points[:, None], normals))
     # at steps in sampling density the nearest neighbors are one-sided too: confirm with more of them
     _, more = tree.query(points[on], k=min(4 * k, len(points) - 1) + 1, workers=-1)
-    still, _ = _one_sided(points, on, more[:, 1:], normals[on])
-    on = on[still]
+    on = on[_are_one_sided(points[more[:, 1:]] - points[on, None], normals[on])]
     if not len(on):
         return Border(np.zeros((0, 3)), np.zeros(0))
     ends, reach = points[on], 1.5 * distance[on, min(8, k)]
@@ -94,10 +96,15 @@ def border_of_points(points: Array) -> Border:
     return Border(ends[kept], width[kept])
 
 
-def _one_sided(points: Array, rows: Indices, near: Indices, normals: Array | None) -> tuple[Indices, Array]:
-    """Return which of some points have their neighbors on one side, and the normals (m, 3) of their tangent planes."""
-    found = np.empty((len(rows), 3)) if normals is None else normals
-    gap, offset = np.empty((2, len(rows)))
-    points, near = np.ascontiguousarray(points), np.ascontiguousarray(near)  # compiles one array layout instead of four
-    _kernels_borders.boundary_criteria(points, rows, near, found, normals is not None, gap, offset)
-    return np.flatnonzero((gap > MIN_ANGLE_GAP) & (offset > MIN_OFFSET)), found
+def _are_one_sided(away: Array, normals: Array) -> Mask:
+    """Return a mask (m,) of points whose neighbors, offsets (m, k, 3), are on one side in the plane of a normal."""
+    gap, offset = boundary_criteria(away, normals)
+    return (gap > MIN_ANGLE_GAP) & (offset > MIN_OFFSET)
+
+
+def boundary_criteria(away: Array, normals: Array) -> tuple[Array, Array]:
+    """Return the largest angle (m,) between neighbors, and the offset of their mean, relative to the farthest one."""
+    x, y = (np.einsum("mki,mi->mk", away, axis) for axis in tangents(normals))
+    angles = np.sort(np.arctan2(y, x), axis=1)
+    gap = np.diff(angles, axis=1, append=angles[:, :1] + 2 * np.pi).max(axis=1)
+    return gap, np.hypot(x.mean(axis=1), y.mean(axis=1)) / np.maximum(np.hypot(x, y).max(axis=1), 1e-300)

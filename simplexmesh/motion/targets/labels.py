@@ -58,10 +58,9 @@ class LabelSurface(SurfelTarget):
 def _crossings(volume: Volume, label: int | None) -> tuple[Array, Array, Array]:
     """Return the midpoints of crossings, one standard deviation of their error, and outward normals, all (n, 3)."""
     mask, low = _cropped(volume, label)
-    counts = np.zeros(mask.shape[0], np.int64)
-    _kernels_labels.count_crossings(mask, counts)
-    n = int(counts.sum())
-    starts = np.cumsum(counts) - counts
+    before, *within = (np.count_nonzero(np.diff(mask, axis=axis), axis=(1, 2)) for axis in range(3))
+    counts = np.append(0, before) + sum(within)
+    n, starts = int(counts.sum()), np.cumsum(counts) - counts
     places, gradients, axes = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n, np.int64)
     _kernels_labels.fill_crossings(mask, starts, places, axes, gradients)
     T = volume.T_world_index[:3, :3]

@@ -10,7 +10,7 @@ import numpy as np
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices, Mask
-from simplexmesh._base.vectors import cross, dot, norm, normalized
+from simplexmesh._base.vectors import cross, dot, norm, normalized, sums, triangle_vectors
 from simplexmesh.data.conversion import as_triangles
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh import _kernels
@@ -59,8 +59,7 @@ class Triangles(BuiltInTarget):
         self.oriented = checks.flag("oriented", oriented)
         self.vertices = np.ascontiguousarray(mesh.vertices, dtype=np.float64)
         self.faces = np.ascontiguousarray(mesh.faces, dtype=np.int64)
-        a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
-        self._normals = normalized(cross(b - a, c - a))
+        self._normals = normalized(triangle_vectors(self.vertices, self.faces))
         self._on_border = border_sides(self.faces)
         self._tree = igl.AABB()
         self._tree.init(self.vertices, self.faces)
@@ -87,6 +86,18 @@ class Triangles(BuiltInTarget):
             agrees = (np.abs(facing) > 0.2) | straight
         agrees &= ~(self._beyond_border(closest, faces) & (np.abs(along) < 0.8 * distance))
         return np.where(agrees & (distance <= reach) & known.all(axis=1), along, np.nan)
+
+    def depths(self, points: Array) -> Array:
+        """Return, for points in or near a closed surface, how deep they are, in ways to the opposite side.
+
+        0 is on the side nearest to a point, 0.5 halfway along the normal there, negative outside; NaN if none is
+        opposite.
+        """
+        _, closest, faces = self.closest(points)
+        inward = -self._normals[faces]
+        start = closest + ON_SURFACE * float(np.ptp(self.vertices, axis=0).max()) * inward
+        hit, way, _ = self._tree.intersect_ray_first(self.vertices, self.faces, start, inward)
+        return np.where(np.asarray(hit).ravel() < 0, np.nan, dot(points - closest, inward) / np.asarray(way).ravel())
 
     def signed(self, points: Array) -> tuple[Array, Array, Mask]:
         """Return, for each point, its signed distance, the gradient of this, and whether it is beyond a border.
@@ -128,12 +139,11 @@ class Triangles(BuiltInTarget):
         corners = self.vertices[self.faces]
         along = normalized((np.roll(corners, -1, axis=1) - corners).reshape(-1, 3)).reshape(-1, 3, 3)
         turns = np.arccos(np.clip(-(along * np.roll(along, 1, axis=1)).sum(axis=2), -1.0, 1.0))
-        at_vertices, other = np.zeros_like(self.vertices), np.roll(self.faces, -1, axis=1)
-        np.add.at(at_vertices, self.faces, turns[:, :, None] * self._normals[:, None])
+        weighted, other = turns[:, :, None] * self._normals[:, None], np.roll(self.faces, -1, axis=1)
+        at_vertices = sums(weighted.reshape(-1, 3), self.faces.ravel(), len(self.vertices))
         keys = np.minimum(self.faces, other) * len(self.vertices) + np.maximum(self.faces, other)
         edges, inverse = np.unique(keys.ravel(), return_inverse=True)
-        at_edges = np.zeros((len(edges), 3))
-        np.add.at(at_edges, inverse.ravel(), np.repeat(self._normals, 3, axis=0))
+        at_edges = sums(np.repeat(self._normals, 3, axis=0), inverse.ravel(), len(edges))
         return at_vertices, at_edges[inverse.ravel()].reshape(-1, 3, 3)
 
     def _normals_at(self, closest: Array, faces: Indices) -> Array:

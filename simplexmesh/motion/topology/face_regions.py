@@ -78,9 +78,8 @@ def _adjusted(connectivity: Connectivity, zone: Mask, *, may_shrink: bool) -> Ma
 def _around(connectivity: Connectivity, zone: Mask) -> Mask:
     """Return the faces adjacent to two or more of a zone or, if there are none, all adjacent to it."""
     pairs = connectivity.edge_faces
-    count = np.zeros(len(zone), np.int64)
-    for mine, other in ((0, 1), (1, 0)):
-        np.add.at(count, pairs[zone[pairs[:, other]], mine], 1)
+    beside_zone = [pairs[zone[pairs[:, other]], 1 - other] for other in (0, 1)]
+    count = np.bincount(np.concatenate(beside_zone), minlength=len(zone))
     beside = (count > 0) & ~zone
     between = beside & (count > 1)
     return between if between.any() else beside

@@ -179,12 +179,9 @@ def unseen(mesh: SimplexMesh, target: Target, reach: float) -> Mask:
 
 
 def zones_far(mesh: SimplexMesh, far: Mask) -> list[Mask]:
-    """Return the connected sets of faces whose vertices are all far, as masks that include adjacent holes.
-
-    Faces that only a hole connects are apart: a narrow set beside it, which cannot be cut off, leaves the others free.
-    """
+    """Return the connected sets of faces whose vertices are all far, as masks that include adjacent holes."""
     c = mesh.connectivity
-    near = c.face_is_hole.copy()
+    near = c.face_is_hole.copy()  # holes connect no faces: a narrow set beside one, which stays, leaves others free
     near[c.face[~far].ravel()] = True
     return [with_holes_beside(c, zone) for zone in face_components(c, ~near)]
 

@@ -45,11 +45,7 @@ DISTANCE, DIFFERENCE, ANGLE = 1.5, 0.6, float(np.radians(60.0))
 
 
 def contacts(vertices: Array, normals: Array, edges: Array, rows: NDArray[np.integer]) -> tuple[Indices, Array]:
-    """Return, for some vertices, the shallowest vertex (n,) within two `edges` (n,) behind it with an opposed normal.
-
-    It is -1 for none and for other vertices; the second array (n,) is its depth, negative where the surface crosses
-    itself.
-    """
+    """Return the shallowest vertex (n,) opposed and within two `edges` (n,) behind some, -1 for none, and its depth."""
     meets, depth = np.full(len(vertices), -1), np.zeros(len(vertices))
     if not len(rows):
         return meets, depth

@@ -19,6 +19,7 @@ from simplexmesh.numerics.rigid import plane_jacobian, rigid_fit, rotation_angle
 from simplexmesh.recognition.contact.constrained_least_squares import constrained_least_squares
 from simplexmesh.recognition.contact.contact_limits import ContactLimits, pair_limits
 from simplexmesh.recognition.contact.part_distances import FACING_COSINE, Part, PartDistances, part_distances
+from simplexmesh.recognition.register.oriented_points import drawn_rows
 
 REACH, TOLERANCE = 0.1, 0.002
 """Default reach and contact tolerance, relative to the diagonal of the moving part."""
@@ -172,7 +173,7 @@ def occlude(
     before, distances = _contact(part, opposite, start, limits)
     if not (np.abs(distances[np.isfinite(distances)]) <= reach).any():
         raise ValueError(f"source must be within the reach {reach:.4g} of target and not beyond its border, it is not")
-    T, subset = start, (_sampled_rows(part), _sampled_rows(opposite))
+    T, subset = start, (_attracting_rows(part), _attracting_rows(opposite))
     for width in np.geomspace(reach, tolerance, 7):
         T = _attracted(part, opposite, T, float(width), limits, float(width) if width > tolerance else 0.0, subset)
     T = _separated(part, opposite, T, limits)
@@ -181,12 +182,9 @@ def occlude(
     return replace(found, distances=found.distances[:own], contact=found.contact[:own])  # face centers come last
 
 
-def _sampled_rows(part: Part) -> Indices:
+def _attracting_rows(part: Part) -> Indices:
     """Return the rows of the vertices that attract a part: all, or a random sample."""
-    n = len(part.points)
-    if n <= MAXIMUM_VERTICES:
-        return np.arange(n)
-    return np.sort(np.random.default_rng(0).choice(n, MAXIMUM_VERTICES, replace=False))
+    return drawn_rows(len(part.points), MAXIMUM_VERTICES, np.random.default_rng(0))
 
 
 def _length(name: str, value: float | None, fraction: float, diagonal: float) -> float:

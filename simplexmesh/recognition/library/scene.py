@@ -17,7 +17,7 @@ from simplexmesh.recognition.library.model_index import ImageIndex
 from simplexmesh.recognition.library.models import Model
 from simplexmesh.recognition.library.spin_images import scan_octave, spin_images_of
 from simplexmesh.recognition.register._kernels_pose_scoring import TargetGrid
-from simplexmesh.recognition.register.oriented_points import OrientedPoints
+from simplexmesh.recognition.register.oriented_points import OrientedPoints, drawn_rows
 from simplexmesh.recognition.register.pose_candidates import axis_candidates, principal_axes
 from simplexmesh.recognition.register.pose_scoring import Source, source_of, target_grid
 
@@ -107,8 +107,4 @@ class Scene:
 def _sampled_rows(count: int) -> tuple[Indices, Indices]:
     """Return the rows of the points, of `count`, that motions are scored and refined with; cached."""
     rng = np.random.default_rng(0)
-    scored, refined = (
-        np.sort(rng.choice(count, maximum, replace=False)) if count > maximum else np.arange(count)
-        for maximum in (SCORED, REFINED)
-    )
-    return scored, refined
+    return drawn_rows(count, SCORED, rng), drawn_rows(count, REFINED, rng)

@@ -15,7 +15,8 @@ from simplexmesh._base._kernels_njit import njit
 from simplexmesh._base.arrays import Array, Indices, Indices32
 
 ANGLES, TURNS = 12, 24
-"""Bins of each angle of a feature, over pi, and of the rotation about a normal: finer ones collect fewer votes."""
+"""Bins of each angle of a feature, over pi; of its length and of the rotation about a normal: finer ones collect fewer
+votes."""
 
 
 class Framed(NamedTuple):
@@ -28,21 +29,20 @@ class Framed(NamedTuple):
 class PairTable(NamedTuple):
     """All pairs of points sorted by bin: those of bin k are ``starts[k] : starts[k + 1]`` of `firsts` and `turns`."""
 
-    step: float  # width of a distance bin
-    distances: int  # number of distance bins
+    step: float  # width of a bin of lengths
     starts: Indices
     firsts: Indices32  # the first point of each pair
     turns: NDArray[np.float32]  # the angle of the second about the normal of the first
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
-def _bin(framed, i, j, step, distances):
+def _bin(framed, i, j, step):
     """Return the bin of the feature of points i and j, or -1."""
     p, q, n, m = framed.points[i], framed.points[j], framed.frames[i, 0], framed.frames[j, 0]
     dx, dy, dz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
     length = math.sqrt(dx * dx + dy * dy + dz * dz)
     d = int(length / step)
-    if d < 1 or d >= distances:
+    if d < 1 or d > TURNS:
         return -1
     a = (dx * n[0] + dy * n[1] + dz * n[2]) / length
     b = (dx * m[0] + dy * m[1] + dz * m[2]) / length
@@ -66,15 +66,15 @@ def _angle_about_normal(framed, i, j):
 
 
 @njit(cache=True, error_model="numpy")
-def pair_table(framed, step, distances):
-    """Return all pairs of points sorted by bin (counting sort)."""
-    n = len(framed.points)
-    starts = np.zeros(distances * ANGLES**3 + 2, np.int64)
+def pair_table(framed, longest):
+    """Return all pairs of points about as far apart as `longest`, or nearer, sorted by bin (counting sort)."""
+    n, step = len(framed.points), longest / TURNS
+    starts = np.zeros((TURNS + 1) * ANGLES**3 + 2, np.int64)
     firsts, turns = np.zeros(n * n, np.int32), np.zeros(n * n, np.float32)
     for i in range(n):
         for j in range(n):
             if i != j:
-                key = _bin(framed, i, j, step, distances)
+                key = _bin(framed, i, j, step)
                 if key >= 0:
                     starts[key + 2] += 1
     for k in range(2, len(starts)):
@@ -82,22 +82,22 @@ def pair_table(framed, step, distances):
     for i in range(n):
         for j in range(n):
             if i != j:
-                key = _bin(framed, i, j, step, distances)
+                key = _bin(framed, i, j, step)
                 if key >= 0:
                     slot = starts[key + 1]
                     starts[key + 1] += 1
                     firsts[slot] = i
                     turns[slot] = _angle_about_normal(framed, i, j)
-    return PairTable(step, distances, starts, firsts, turns)
+    return PairTable(step, starts, firsts, turns)
 
 
 @njit(cache=True, error_model="numpy")
-def _vote_of(i, source, table, maximum, count):
+def _vote_of(i, source, table, count):
     """Add the votes of a point i of the source to `count` (n, TURNS), of each target point and rotation."""
     for j in range(len(source.points)):
-        key = _bin(source, i, j, table.step, table.distances) if j != i else -1
-        if key < 0 or table.starts[key + 1] - table.starts[key] > maximum:
-            continue
+        key = _bin(source, i, j, table.step) if j != i else -1
+        if key < 0 or table.starts[key + 1] - table.starts[key] > len(count):
+            continue  # not distinctive, as pairs on flat sides
         turn = _angle_about_normal(source, i, j)
         for k in range(table.starts[key], table.starts[key + 1]):
             slot = (table.turns[k] - turn) * (TURNS / (2 * math.pi))
@@ -113,21 +113,16 @@ def _vote_of(i, source, table, maximum, count):
 def _peaks(count, found):
     """Fill `found` (p, 2) with the rows and rotations of the largest entries of `count`, which are erased."""
     for p in range(len(found)):
-        best, at, bin_ = np.float32(-1.0), 0, 0
-        for t in range(len(count)):
-            for b in range(TURNS):
-                if count[t, b] > best:
-                    best, at, bin_ = count[t, b], t, b
-        found[p, 0] = at
-        found[p, 1] = bin_ * (2 * math.pi / TURNS)
+        at, bin_ = divmod(count.argmax(), TURNS)
+        found[p, 0], found[p, 1] = at, bin_ * (2 * math.pi / TURNS)
         for b in range(-1, 2):
             count[at, (bin_ + b) % TURNS] = -1
 
 
 @njit(cache=True, error_model="numpy", parallel=True)
-def vote(references, source, table, n_target, maximum, found):
+def vote(references, source, table, n_target, found):
     """Fill `found` (r, p, 2): target points and rotations about the normal, radians, with most votes per reference."""
     for r in prange(len(references)):
         count = np.zeros((n_target, TURNS), np.float32)
-        _vote_of(references[r], source, table, maximum, count)
+        _vote_of(references[r], source, table, count)
         _peaks(count, found[r])

@@ -18,6 +18,7 @@ from simplexmesh._base._kernels_both import FAST
 from simplexmesh._base._kernels_njit import njit
 from simplexmesh._base.arrays import Array, Indices, Indices32
 from simplexmesh.numerics._kernels_matrices import solve
+from simplexmesh.recognition.sai._kernels_rotations import rotate
 
 
 class TargetGrid(NamedTuple):
@@ -89,46 +90,11 @@ def score_motions(motions, owners, sources, grid, widths, scores):
 
 
 @njit(cache=True, error_model="numpy")
-def distinct_motions(motions, limit, far, kept):
-    """Fill `kept` with motions, in order, whose trace or shift differs from all kept before; return their number."""
-    count = 0
-    for k in range(len(motions)):
-        if count == len(kept):
-            break
-        new = True
-        for i in range(count):
-            one, other = motions[kept[i]], motions[k]
-            trace = squared_shift = 0.0
-            for a in range(0, 12, 4):
-                trace += one[a] * other[a] + one[a + 1] * other[a + 1] + one[a + 2] * other[a + 2]
-                squared_shift += (one[a + 3] - other[a + 3]) ** 2
-            if trace > limit and math.sqrt(squared_shift) < far:
-                new = False
-                break
-        if new:
-            kept[count] = k
-            count += 1
-    return count
-
-
-@njit(cache=True, error_model="numpy")
 def _apply_small_motion(m, x):
     """Apply to a motion, in place, the small motion x: a rotation vector, then a shift."""
-    angle = math.sqrt(x[0] ** 2 + x[1] ** 2 + x[2] ** 2)
-    s = math.sin(angle) / angle if angle > 1e-12 else 1.0
-    c = (1 - math.cos(angle)) / (angle * angle) if angle > 1e-12 else 0.5
-    u, v, w = x[0], x[1], x[2]
-    R = np.array([
-        [1 - c * (v * v + w * w), c * u * v - s * w, c * u * w + s * v],
-        [c * u * v + s * w, 1 - c * (u * u + w * w), c * v * w - s * u],
-        [c * u * w - s * v, c * v * w + s * u, 1 - c * (u * u + v * v)],
-    ])  # fmt: skip
-    for column in range(4):
-        p, q, r = m[column], m[4 + column], m[8 + column]
-        for row in range(3):
-            m[4 * row + column] = R[row, 0] * p + R[row, 1] * q + R[row, 2] * r
-    for row in range(3):
-        m[4 * row + 3] += x[3 + row]
+    rows = m.reshape(3, 4)
+    rotate(x[0], x[1], x[2], rows.copy(), rows)
+    rows[:, 3] += x[3:]
 
 
 @njit(cache=True, error_model="numpy")

@@ -68,9 +68,7 @@ def refined(
             return start
         residual, normals = found.residual[inlier], target.normals[found.nearest[inlier]]
         center, radius, rows, weight = _equations(found.points[inlier], normals, residual, found.cosine[inlier])
-        values, vectors = np.linalg.eigh((rows * weight[:, None]).T @ rows)
-        regular = values > RANK_TOLERANCE * values[-1]
-        x = -vectors[:, regular] @ ((vectors[:, regular].T @ (rows.T @ (weight * residual))) / values[regular])
+        x = -np.linalg.lstsq((rows * weight[:, None]).T @ rows, rows.T @ (weight * residual), rcond=RANK_TOLERANCE)[0]
         T = small_motion(x[:3] / radius, x[3:], center) @ T
         if norm(x) < STEP_TOLERANCE * radius:
             break

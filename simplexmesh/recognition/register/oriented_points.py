@@ -87,9 +87,12 @@ class OrientedPoints:
 
     def sample(self, count: int, rng: np.random.Generator) -> Indices:
         """Return the indices of at most `count` points, drawn at random."""
-        if len(self.points) <= count:
-            return np.arange(len(self.points))
-        return np.sort(rng.choice(len(self.points), count, replace=False))
+        return drawn_rows(len(self.points), count, rng)
+
+
+def drawn_rows(count: int, most: int, rng: np.random.Generator) -> Indices:
+    """Return at most so many of `count` rows, drawn at random, in their order."""
+    return np.arange(count) if count <= most else np.sort(rng.choice(count, most, replace=False))
 
 
 def oriented_points(
@@ -98,13 +101,10 @@ def oriented_points(
 ) -> OrientedPoints:  # fmt: skip
     """Return the surface of any data; without quadrics unless `fine`."""
     cloud, given = _points_of(data, name, level=level, label=label, inside=inside, poses=poses)
-    points, known = cloud.points, cloud.normals
-    first = distinct(points)[0]
-    points, known = points[first], None if known is None else known[first]
-    _check_extent(points, name)
-    if len(points) > maximum:
-        chosen = np.sort(np.random.default_rng(0).choice(len(points), maximum, replace=False))
-        points, known = points[chosen], None if known is None else known[chosen]
+    rows = distinct(cloud.points)[0]
+    _check_extent(cloud.points[rows], name)
+    rows = rows[drawn_rows(len(rows), maximum, np.random.default_rng(0))]
+    points, known = cloud.points[rows], None if cloud.normals is None else cloud.normals[rows]
     spacing, noise, near = neighborhoods(points)
     normals, _, smooth = fitted(points, near)
     if known is not None:
@@ -204,7 +204,7 @@ def outward_normals(points: Array, found: Planes) -> Array:
     """Return the normals (n, 3) of planes, oriented outward from the body or shell that the points sample."""
     sample, planes = points, found
     if len(points) > ORIENTED:
-        sample = points[np.sort(np.random.default_rng(0).choice(len(points), ORIENTED, replace=False))]
+        sample = points[drawn_rows(len(points), ORIENTED, np.random.default_rng(0))]
         spacing, noise, near = neighborhoods(sample)
         normals, _, smooth = fitted(sample, near)
         planes = Planes(normals, smooth, spacing, noise)

@@ -22,12 +22,6 @@ PAIR_POINTS, REFERENCES, PEAKS = 600, 200, 8
 """Points of each surface that form pairs, those of the source that vote, and motions of each: more find smaller
 overlaps and take longer."""
 
-STEP = 0.04
-"""Width of a distance bin, relative to the extent of the smaller surface: narrower ones stand less noise."""
-
-MAXIMUM_BIN = 600
-"""Bins with more pairs, as those of flat sides, are not distinctive and would take most of the time."""
-
 
 def pose_candidates(source: OrientedPoints, target: OrientedPoints, size: float, rng: np.random.Generator) -> Array:
     """Return all candidate motions (h, 12); `size` is the extent of the smaller surface."""
@@ -37,10 +31,10 @@ def pose_candidates(source: OrientedPoints, target: OrientedPoints, size: float,
 def pair_candidates(source: OrientedPoints, target: OrientedPoints, size: float, rng: np.random.Generator) -> Array:
     """Return the motions (h, 12) with the most votes of point pair features."""
     one, other = (_framed(each, each.sample(PAIR_POINTS, rng)) for each in (source, target))
-    table = _kernels_point_pairs.pair_table(other, STEP * size, int(np.ceil(1.0 / STEP)) + 1)
+    table = _kernels_point_pairs.pair_table(other, size)
     references = np.sort(rng.permutation(len(one.points))[:REFERENCES])
     found = np.zeros((len(references), PEAKS, 2))
-    _kernels_point_pairs.vote(references, one, table, len(other.points), MAXIMUM_BIN, found)
+    _kernels_point_pairs.vote(references, one, table, len(other.points), found)
     at, turn = found[:, :, 0].astype(int).ravel(), found[:, :, 1].ravel()
     i = np.repeat(references, PEAKS)
     c, s, zero, unit = np.cos(turn), np.sin(turn), np.zeros_like(turn), np.ones_like(turn)

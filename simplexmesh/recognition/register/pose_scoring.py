@@ -10,6 +10,7 @@ import numpy as np
 from scipy import ndimage
 
 from simplexmesh._base.arrays import Array, Indices
+from simplexmesh._base.vectors import norm
 from simplexmesh.recognition.register import _kernels_pose_scoring
 from simplexmesh.recognition.register._kernels_pose_scoring import SourceColumns, TargetGrid
 from simplexmesh.recognition.register.oriented_points import OrientedPoints
@@ -93,9 +94,16 @@ def _split(values: Array, motions: list[Array]) -> list[Array]:
 
 def distinct(motions: Array, maximum: int, size: float, *, factor: float = 1.0) -> Indices:
     """Return up to `maximum` indices of motions (h, 12) that differ; `factor` widens what counts as the same."""
-    kept = np.empty(maximum, np.int64)
+    R, t = np.split(motions.reshape(-1, 3, 4), [3], axis=2)
     least, far = 1 + 2 * np.cos(factor * SAME_ANGLE), factor * SAME_SHIFT * size
-    return kept[: _kernels_pose_scoring.distinct_motions(motions, least, far, kept)]
+    kept: list[int] = []
+    for k in range(len(motions)):
+        if len(kept) == maximum:
+            break
+        same = (np.einsum("kab,ab->k", R[kept], R[k]) > least) & (norm(t[kept, :, 0] - t[k, :, 0]) < far)
+        if not same.any():
+            kept.append(k)
+    return np.array(kept, np.int64)
 
 
 def target_grid(target: OrientedPoints) -> TargetGrid:

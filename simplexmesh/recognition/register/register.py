@@ -39,10 +39,7 @@ COARSE, FINE, EVALUATED = 400, 100, 24
 
 MAXIMUM_LOSS = 0.4
 """Candidates whose score on the grid is lower than the best one's by more than this fraction are not refined on the
-points: fewer take less time."""
-
-KEPT_SCORE = 0.6
-"""The last refinement, on other points, is discarded if less than this fraction of the score is left."""
+points: half of it saves 3 % of the time, twice takes 12 % more and lists three times as many wrong poses."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -282,7 +279,6 @@ def conclude(
     first, moving, fixed = evaluations[0], source.on_quadrics(), target.on_quadrics()
     tree = cKDTree(fixed.points)
     best = verifier.evaluated(refined(moving, fixed, tree, first.T, verifier.reach))
-    best = best if best.score > KEPT_SCORE * first.score else first
     T = best.T
     covariance, error = uncertainty(source, target, find_correspondences(moving, fixed, tree, T, verifier.reach), T)
     others = [(each, each.is_equivalent(first)) for each in evaluations[1:]]

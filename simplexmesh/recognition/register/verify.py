@@ -20,11 +20,8 @@ of a surface than that is off where a coupling is turned by its most symmetric h
 TOLERANCE = 0.004
 """Distance, relative to the size of the smaller surface, that facets and manufacturing tolerances account for."""
 
-OPEN_RATIO = 0.15
-"""Ratio of an eigenvalue of the normal matrix to the largest below which a motion may be open."""
-
 TEST_MOTION = 0.1
-"""Length of the motion that tests that, relative to the size of the smaller surface."""
+"""Length of the motion that tests whether a surface slides, relative to the size of the smaller surface."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,13 +62,9 @@ class Verifier:
         )  # fmt: skip
         return self.evaluated(T)
 
-    def correspondences(self, T: Array) -> tuple[Correspondences, Correspondences]:
-        """Return the correspondences of the source's sample in the target, and of the target's in the source."""
-        backward = np.asarray(np.linalg.inv(T), np.float64)
-        return (
-            find_correspondences(self.source, self.target, self.trees[1], T, self.reach, self.samples[0]),
-            find_correspondences(self.target, self.source, self.trees[0], backward, self.reach, self.samples[1]),
-        )
+    def correspondences(self, T: Array, reach: float) -> Correspondences:
+        """Return the correspondences of the source's sample in the target."""
+        return find_correspondences(self.source, self.target, self.trees[1], T, reach, self.samples[0])
 
     def point_scores(self, found: Correspondences) -> Array:
         """Return a score for each point, negative where the surfaces are near but do not coincide: at least -1."""
@@ -80,7 +73,10 @@ class Verifier:
 
     def evaluated(self, T: Array) -> Evaluation:
         """Return the evaluation of a motion."""
-        forward, backward = self.correspondences(T)
+        forward, T_source_target = self.correspondences(T, self.reach), np.asarray(np.linalg.inv(T), np.float64)
+        backward = find_correspondences(
+            self.target, self.source, self.trees[0], T_source_target, self.reach, self.samples[1]
+        )
         areas = np.array([self.source.area, self.target.area])
         weights = areas / areas.min() / 2
         point_scores = (self.point_scores(forward), self.point_scores(backward))
@@ -91,7 +87,7 @@ class Verifier:
 
     def open_motions(self, T: Array) -> Array:
         """Return (k, 6) small motions after T, of any length, under which the surface slides along itself, if any."""
-        found = self.correspondences(T)[0]
+        found = self.correspondences(T, self.reach)
         agreeing = found.inlier & (np.abs(found.residual) < self.width)
         if np.count_nonzero(agreeing) < 12:
             return np.zeros((0, 6))
@@ -99,10 +95,9 @@ class Verifier:
         center = points.mean(axis=0)
         radius = float(norm(points - center).mean())
         rows = plane_jacobian((points - center) / radius, self.target.normals[found.nearest[agreeing]])
-        values, vectors = np.linalg.eigh(rows.T @ rows)
         kept = []
-        for k in np.flatnonzero(values < OPEN_RATIO * values[-1]):
-            turn, shift = vectors[:3, k] / radius, vectors[3:, k]
+        for vector in np.linalg.eigh(rows.T @ rows)[1].T:
+            turn, shift = vector[:3] / radius, vector[3:]
             moved = float(np.sqrt((norm(cross(turn[None], points - center) + shift) ** 2).mean()))
             length = TEST_MOTION * self.size / moved
             if all(self._slides(T, turn * sign, shift * sign, center, found) for sign in (length, -length)):
@@ -112,7 +107,7 @@ class Verifier:
     def _slides(self, T: Array, turn: Array, shift: Array, center: Array, before: Correspondences) -> bool:
         """Whether points that still meet the target after a small motion fit it as well as before."""
         step = small_motion(turn, shift, center)
-        after = find_correspondences(self.source, self.target, self.trees[1], step @ T, 2 * self.reach, self.samples[0])
+        after = self.correspondences(step @ T, 2 * self.reach)
         inside = before.inlier & (norm(after.points - self.target.points[after.nearest]) < 2 * self.reach)
         if np.count_nonzero(inside) < 0.5 * np.count_nonzero(before.inlier):
             return False

@@ -156,12 +156,12 @@ def residuals(R, near, values, mesh, A, b):
 
 
 @njit(cache=True, error_model="numpy")
-def _rotate(x, y, z, R, out):
-    """Fill `out` with R followed by the rotation of the rotation vector (x, y, z) (Rodrigues)."""
+def rotate(x, y, z, R, out):
+    """Fill `out` with the columns of R rotated by the rotation vector (x, y, z) (Rodrigues)."""
     angle = math.sqrt(x * x + y * y + z * z)
     s = math.sin(angle) / angle if angle > 1e-12 else 1.0
     c = (1.0 - math.cos(angle)) / (angle * angle) if angle > 1e-12 else 0.5
-    for k in range(3):
+    for k in range(R.shape[1]):
         p, q, r = R[0, k], R[1, k], R[2, k]
         dot = x * p + y * q + z * r
         square = angle * angle
@@ -190,7 +190,7 @@ def refine(rotations, near, values, mesh, minimum_common, steps, distance, commo
             length = math.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
             if length > LONGEST_STEP:
                 w *= LONGEST_STEP / length
-            _rotate(w[0], w[1], w[2], R, other)
+            rotate(w[0], w[1], w[2], R, other)
             total, count = residuals(other, near[h], values, mesh, other_A, other_b)
             if count >= minimum_common and count > 0 and total / count <= mean:
                 gain = mean - total / count

@@ -12,9 +12,9 @@ from simplexmesh.recognition.sai import _kernels_rotations
 from simplexmesh.recognition.sai._kernels_rotations import SignaturePair
 from simplexmesh.recognition.sai.attribute_image import SAI
 from simplexmesh.recognition.sai.flat_domains import flat_domain
-from simplexmesh.recognition.sai.match import rotation_differences, tried_scales
+from simplexmesh.recognition.sai.match import rotation_differences, scaled_signatures, tried_scales
 from simplexmesh.recognition.sai.match_result import Match
-from simplexmesh.recognition.sai.partial_signatures import Signature, signature_of
+from simplexmesh.recognition.sai.partial_signatures import Signature
 from simplexmesh.recognition.sai.rotations import rotations
 from simplexmesh.recognition.sai.shift_matching import compared_values, shift_differences
 from simplexmesh.recognition.sai.sphere_domain import sphere_domain
@@ -80,6 +80,5 @@ def rotation_plane(found: list[Match]) -> Array:
 
 def _signatures(sai_a: SAI, sai_b: SAI) -> tuple[Signature, Signature]:
     """Return the signatures that `match` compares by default, partial ones scaled by equation 6.8."""
-    ((k, which),) = tried_scales(sai_a, sai_b, 1.0)
-    a = signature_of(sai_a, smoothing=2, limit=0.3, scale=k if which == "a" else 1.0)
-    return a, signature_of(sai_b, smoothing=2, limit=0.3, scale=k if which == "b" else 1.0)
+    (scaled,) = tried_scales(sai_a, sai_b, 1.0)
+    return scaled_signatures(sai_a, sai_b, *scaled, smoothing=2, limit=0.3)

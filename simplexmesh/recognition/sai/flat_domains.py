@@ -48,11 +48,6 @@ class FlatDomain:
         rows = {"torus": 2 * f, "cylinder": 2 * f - 1}
         return np.array([1.0, 1.0 if self.topology == "plane" else rows[self.topology] * np.sqrt(0.75) / (5 * f)])
 
-    def interpolated(self, values: Array, coordinates: Array) -> Array:
-        """Return values (n, ...) at coordinates (k, 2), as (k, ...): linear in Delaunay triangles."""
-        corners, weights = self.locate(coordinates)
-        return np.asarray(np.einsum("kj,kj...->k...", weights, np.asarray(values)[corners]))
-
     def locate(self, coordinates: Array) -> tuple[Indices, Array]:
         """Return vertices (k, 3) and barycentric coordinates (k, 3) of the triangles that hold points (k, 2)."""
         triangles, rows = self._triangles

@@ -98,8 +98,7 @@ def match(
     domain = sphere_domain(sai_a.frequency)
     hypotheses: list[_Hypothesis] = []
     for factor, which in tried_scales(sai_a, sai_b, scale):
-        a = signature_of(sai_a, smoothing=smoothing, limit=limit, scale=factor if which == "target" else 1.0)
-        b = signature_of(sai_b, smoothing=smoothing, limit=limit, scale=factor if which == "source" else 1.0)
+        a, b = scaled_signatures(sai_a, sai_b, factor, which, smoothing=smoothing, limit=limit)
         if not (a.seen.any() and b.seen.any()):
             continue
         minimum_common = max(1, int(np.ceil(minimum_overlap * min(a.seen.sum(), b.seen.sum()))))
@@ -149,6 +148,14 @@ def tried_scales(sai_a: SAI, sai_b: SAI, scale: float | str) -> list[tuple[float
     which = "target" if seen_a < seen_b else "source"
     k = scale_factor(sai_b, sai_a) if which == "target" else scale_factor(sai_a, sai_b)
     return [(k * factor, which) for factor in (SCALES if isinstance(scale, str) else (scale,))]
+
+
+def scaled_signatures(
+    sai_a: SAI, sai_b: SAI, factor: float, which: str, *, smoothing: int, limit: float
+) -> tuple[Signature, Signature]:
+    """Return the values of two signatures for comparison, those of one of them scaled as `tried_scales` tells."""
+    a = signature_of(sai_a, smoothing=smoothing, limit=limit, scale=factor if which == "target" else 1.0)
+    return a, signature_of(sai_b, smoothing=smoothing, limit=limit, scale=factor if which == "source" else 1.0)
 
 
 def rotation_differences(a: Signature, b: Signature, table: Rotations) -> tuple[Array, Array]:

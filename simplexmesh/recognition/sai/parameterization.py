@@ -12,7 +12,7 @@ import numpy as np
 
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.errors import TopologyError
-from simplexmesh._base.vectors import cross, dot, norm
+from simplexmesh._base.vectors import cross, dot, norm, triangle_vectors
 from simplexmesh.mesh import manifold
 from simplexmesh.mesh.lattices import subdivided
 from simplexmesh.mesh.triangles.homology import CutSurface, cut_open
@@ -231,9 +231,7 @@ def _with_inner_star(vertices: Array, faces: Indices) -> tuple[Array, Indices, M
 
 def area_balanced(vertices: Array, faces: Indices, at: Array) -> Array:
     """Return points (v, 2) of the unit disc under the conformal map of the disc that balances the surface's area."""
-    a, b, c = (vertices[faces[:, j]] for j in range(3))
-    area = np.zeros(len(vertices))
-    np.add.at(area, faces.ravel(), np.repeat(norm(cross(b - a, c - a)) / 6, 3))
+    area = np.bincount(faces.ravel(), np.repeat(norm(triangle_vectors(vertices, faces)) / 6, 3), len(vertices))
     square = (at**2).sum(axis=1)
     upper = np.column_stack([2 * at, 1 - square]) / (1 + square)[:, None]
     steps = mobius_centering(np.concatenate([upper, upper * [1, 1, -1]]), np.tile(area, 2))

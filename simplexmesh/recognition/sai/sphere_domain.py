@@ -34,12 +34,16 @@ class SphereDomain:
     """The quasi-regular sphere of a frequency, with linear interpolation on it; made by `sphere_domain`."""
 
     mesh: SimplexMesh  # of radius one about the origin
-    centers: Array  # (f, 3) the mean of the vertices of each face, slightly inside the sphere
 
     @property
     def vertices(self) -> Array:
         """(n, 3) unit vectors."""
         return self.mesh.vertices
+
+    @cached_property
+    def centers(self) -> Array:
+        """(f, 3) the mean of the vertices of each face, slightly inside the sphere."""
+        return self.face_means(self.vertices)
 
     @property
     def arrays(self) -> SphereMesh:
@@ -82,10 +86,7 @@ class SphereDomain:
 @lru_cache(maxsize=16)
 def sphere_domain(frequency: int) -> SphereDomain:
     """Return the sphere of a frequency; cached."""
-    mesh = sphere(frequency)
-    connectivity = mesh.connectivity
-    sums = np.add.reduceat(mesh.vertices[connectivity.face_vertices], connectivity.face_offsets[:-1], axis=0)
-    return SphereDomain(mesh, sums / connectivity.face_sizes[:, None])
+    return SphereDomain(sphere(frequency))
 
 
 def mobius_map(points: Array, center: Array) -> Array:

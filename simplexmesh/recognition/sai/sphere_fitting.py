@@ -20,6 +20,7 @@ from simplexmesh.motion.targets.points import Points
 from simplexmesh.motion.targets.protocol import Target
 from simplexmesh.numerics.plane_fits import planes
 from simplexmesh.orientation.poisson import oriented_indicator
+from simplexmesh.recognition.register.oriented_points import drawn_rows
 from simplexmesh.recognition.sai.sphere_domain import mobius_centering, mobius_map, sphere_domain
 
 MOST_POINTS = 10_000
@@ -149,13 +150,9 @@ def centered(mesh: SimplexMesh, frequency: int, target_frequency: int) -> Simple
 def facing_outward(points: Array, normals: Array | None) -> PointCloud:
     """Return at most `MOST_POINTS` of the points, with rough outward normals of the body or shell they sample."""
     rng = np.random.default_rng(0)
-    chosen = points
-    if len(points) > MOST_POINTS:
-        rows = np.sort(rng.choice(len(points), MOST_POINTS, replace=False))
-        chosen, normals = points[rows], None if normals is None else normals[rows]
-    subset = chosen
-    if len(chosen) > MOST_POINTS // 2:
-        subset = chosen[np.sort(rng.choice(len(chosen), MOST_POINTS // 2, replace=False))]
+    rows = drawn_rows(len(points), MOST_POINTS, rng)
+    chosen, normals = points[rows], None if normals is None else normals[rows]
+    subset = chosen[drawn_rows(len(chosen), MOST_POINTS // 2, rng)]
     if normals is None:
         cell = float(np.ptp(chosen, axis=0).max()) / 40
         normals = -oriented_indicator(subset, planes(subset), cell).at(chosen)[1]

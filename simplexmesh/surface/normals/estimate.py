@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -113,25 +112,14 @@ def found_normals(
     method: str,
     *,
     normals: str | ArrayLike | None = None,
+    called: str = "method",
     **options: Any,
 ) -> Normals:
-    """Return normals around each center by a method of `vertex_normals`, with reasons where there is none."""
-    return _found(samples, around, method, "method", normals, options)
-
-
-def _found(
-    samples: SampledSurface,
-    around: Neighborhoods,
-    name: str,
-    called: str,
-    normals: str | ArrayLike | None = None,
-    options: Mapping[str, Any] | None = None,
-) -> Normals:
-    """Return normals by a named method; `called` is the argument that named it, for messages."""
-    kind, settings = chosen(name, METHODS, options or {}, called)
+    """Return normals by a method of `vertex_normals`, which the argument `called` has named, and why there is none."""
+    kind, settings = chosen(method, METHODS, options, called)
     if kind.needs_faces and not samples.is_connected and not around.closed.any():
         others = ", ".join(repr(name) for name, other in METHODS.items() if not other.needs_faces)
-        raise ValueError(f"{called} must be one of {others} for points without faces, not {name!r}")
+        raise ValueError(f"{called} must be one of {others} for points without faces, not {method!r}")
     start = starting_normals(samples, around, kind.normals, normals)
     found = kind.estimate(samples, around, start, **settings)  # of an estimator of curvature too, which has more
     good = np.asarray(np.isfinite(found.normals).all(axis=1))
@@ -144,7 +132,7 @@ def starting_normals(
 ) -> Array | None:
     """Return (c, 3) initial unit normals: given, else the surface's own, else by the `default` method or "plane"."""
     if isinstance(given, str):
-        return _found(samples, around, given, "normals").normals
+        return found_normals(samples, around, given, called="normals").normals
     if given is not None:
         chosen_normals = checks.array("normals", given, (len(samples.points), 3))[around.centers]
         largest = np.abs(chosen_normals).max(axis=1, initial=0.0)[:, None]
@@ -154,4 +142,4 @@ def starting_normals(
     if samples.outward is not None:
         return samples.outward[around.centers]
     from_faces = METHODS[default].needs_faces and not samples.is_connected and not around.closed.any()
-    return _found(samples, around, "plane" if from_faces else default, "method").normals
+    return found_normals(samples, around, "plane" if from_faces else default).normals

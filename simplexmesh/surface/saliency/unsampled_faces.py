@@ -8,7 +8,7 @@ import numpy as np
 
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.errors import warn
-from simplexmesh._base.vectors import cross, dot, norm, normalized
+from simplexmesh._base.vectors import dot, norm, normalized, triangle_vectors
 from simplexmesh.surface.sampled_surface import SampledSurface
 
 SHARP = np.radians(30.0)
@@ -25,7 +25,7 @@ def unsampled_share(samples: SampledSurface) -> float:
     if samples.faces is None or not len(samples.faces):
         return 0.0
     faces, points = samples.faces, samples.points
-    vectors = cross(points[faces[:, 1]] - points[faces[:, 0]], points[faces[:, 2]] - points[faces[:, 0]])
+    vectors = triangle_vectors(points, faces)
     areas = norm(vectors)
     on_edge = _on_sharp_edges(faces, normalized(vectors), areas > 0, len(points))
     return float(areas[on_edge[faces].all(axis=1)].sum() / areas.sum()) if areas.any() else 0.0

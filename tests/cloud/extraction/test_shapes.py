@@ -8,7 +8,8 @@ from scipy.spatial import cKDTree
 
 import simplexmesh as sm
 from simplexmesh._base.vectors import norm
-from simplexmesh.cloud.extraction.growth import connected, evidence, fits
+from simplexmesh.cloud.extraction.elbows import elbow_of
+from simplexmesh.cloud.extraction.growth import Grown, connected, evidence, fits
 from simplexmesh.cloud.extraction.patches import Limits, patch
 from simplexmesh.cloud.extraction.working import frequent, working
 from simplexmesh.cloud.fitting.selection import SURFACES
@@ -65,6 +66,22 @@ def test_elbows_alone_are_tori(ratio, turn, count):
     assert found.kind == "torus"
     assert abs(found.radius - ratio) < 4 * np.sqrt(found.covariance[5, 5])
     assert abs(found.tube_radius - 1) < 4 * np.sqrt(found.covariance[6, 6])
+
+
+@pytest.mark.parametrize(("ratio", "bent"), [(10, True), (30, False)])
+def test_elbows_are_no_wider_than_bends_are(ratio, bent):
+    """A cylinder with too much noise may be a bend; hardly bent it is a pipe with some of its bend."""
+    rng = np.random.default_rng(2)
+    pipe = Torus([0, 0, 0], [0, 0, 1], ratio, 1.0)
+    points = pipe.at(rng.uniform([0, -np.pi], [8 / ratio, np.pi], (3000, 2)))
+    points += rng.normal(0, 0.02, (3000, 1)) * pipe.gradient(points)
+    work, limits = working(points, 0.02, rng), Limits(SURFACES, (0.0, np.inf), 50)
+    across = np.array([np.cos(4 / ratio), np.sin(4 / ratio), 0])
+    straight = Cylinder(ratio * across, np.cross([0, 0, 1], across), 1.0)
+    near = np.flatnonzero(abs(straight.distance(work.points)) < 0.1)
+    piece = Grown(straight, near, 0.05, evidence(work, straight, near, 0.05))
+    found = elbow_of(work, piece, np.ones(3000, bool), limits, rng)
+    assert bent == (found is not None and abs(found.primitive.radius - ratio) < 0.05 * ratio)
 
 
 def test_two_layers_are_two_planes():

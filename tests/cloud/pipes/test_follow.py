@@ -221,6 +221,13 @@ class TestStraights:
         assert len(found.bend_radii) == 2
         assert_allclose(found.corners[1:-1], chain.corners[1:-1], atol=0.2)
 
+    @pytest.mark.parametrize("ratio", [1.1, 3.0, 10.0])
+    def test_are_joined_by_the_bend_between_them(self, ratio):
+        chain = elbow(ratio)
+        places, along = chain.at(np.linspace(0, chain.stations[-1], 200))
+        found = segmented(Track([Step(p, u, 1.0, 0.3, 0.0) for p, u in zip(places, along, strict=True)]), 1.0)
+        assert_allclose(found.bend_radii, [ratio], rtol=0.1)
+
 
 class TestWaysOut:
     @pytest.fixture(scope="class")

@@ -76,6 +76,11 @@ def test_open_data_is_told_with_what_may_help():
     assert measure.openness_message(0, 0.3, opens=True) == lid + "nothing was found to cut off, more vertices may help"
 
 
+def test_sheets_that_may_be_solids_are_told():
+    assert measure.sides_message(measure.MOST_DOUBLED) == ""
+    assert "whether 83% of the data is one sheet" in measure.sides_message(0.83)
+
+
 @pytest.mark.parametrize(("wanted", "accepted", "said_of"), [(0, True, False), (1, True, True), (1, False, False)])
 def test_missing_handles(wanted, accepted, said_of):
     surface = sm.torus(8, 6) if wanted else sm.sphere(3)

@@ -10,6 +10,7 @@ import simplexmesh as sm
 from simplexmesh.motion.model.state import mean_edge
 from simplexmesh.motion.start.report import MOST_OPEN, StartReport
 
+NOISE = 0.01
 ANGLES = np.linspace(0, 2 * np.pi, 400)
 SIDES = np.linspace(-1, 1, 200)
 SQUARE = np.concatenate([[(SIDES[k], s), (s, SIDES[k])] for k in range(200) for s in (-1.0, 1.0)])
@@ -35,6 +36,10 @@ def tube(count, rng):
     angle, height = rng.uniform(0, 2 * np.pi, count), rng.uniform(-1, 1, count)
     ends = np.concatenate([CIRCLE - np.array([0, 0, 1]), CIRCLE + np.array([0, 0, 1])])
     return np.column_stack([np.cos(angle), np.sin(angle), height]), ends
+
+
+def noisy(points, rng):
+    return points + NOISE * np.linalg.norm(np.ptp(points, axis=0)) * rng.normal(size=points.shape)
 
 
 def sheet(shape):
@@ -82,6 +87,34 @@ def test_boxes_without_a_bottom_are_closed(size):
     assert model.mesh.volume == pytest.approx(np.prod(size), rel=0.06)
 
 
+@pytest.mark.parametrize(("count", "shell"), [(6000, waves), (30000, waves), (6000, saddle)])
+def test_sheets_as_thick_as_their_noise_are_no_solids(count, shell):
+    points = noisy(sheet(shell)(count, rng := np.random.default_rng(5))[0], rng)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        model = sm.reconstruct(points, vertices=1200)
+    assert any("the data is an open surface" in str(each.message) for each in told)
+    assert any("noise hides whether" in str(each.message) for each in told) == (model.found.doubled > MOST_OPEN)
+    assert (model.mesh.n_holes, model.mesh.genus) == (1, 0)
+    assert model.distance.mesh_to_data.rms < NOISE * np.linalg.norm(np.ptp(points, axis=0))
+
+
+@pytest.mark.parametrize(("noises", "height", "closed"), [(2, 0, False), (2, 1, False), (3, 0, True), (6, 1, True)])
+def test_a_plate_thicker_than_its_noise_is_closed(noises, height, closed):
+    """Of two normal distributions, two standard deviations apart, the sum has one maximum."""
+    rng = np.random.default_rng(5)
+    plate = np.array([2, 2, noises * NOISE * np.sqrt(8)])
+    areas = plate.prod() / plate
+    points, across = plate * (rng.random((6000, 3)) - 0.5), rng.choice(3, 6000, p=areas / areas.sum())
+    points[np.arange(6000), across] = (plate / 2)[across] * rng.choice([-1, 1], 6000)
+    points[:, 2] += height * waves(points[:, :2])[:, 2]
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        model = sm.reconstruct(noisy(points, rng), vertices=1200)
+    assert (model.mesh.n_holes == 0) is closed
+    assert any("the data is an open surface" in str(each.message) for each in told) is not closed
+
+
 def test_what_is_open_is_told_by_the_start():
     told = [str(StartReport((9, 9, 9), 0.1, 0, 1, openness=share)) for share in (MOST_OPEN, 1.01 * MOST_OPEN)]
     assert ["open surface" in each for each in told] == [False, True]
@@ -101,3 +134,15 @@ def test_normals_of_a_sheet_tell_its_outer_side():
             model = sm.reconstruct(sm.PointCloud(points, np.tile([0, 0, sign], (len(points), 1))), vertices=600)
         assert model.mesh.n_holes == 1
         assert sign * model.mesh.normals[:, 2].mean() > 0.8
+
+
+@pytest.mark.parametrize("inward", [False, True])
+def test_open_triangles_may_face_either_way(inward):
+    ball = sm.sphere(20).triangulated("dual")
+    faces = ball.faces[(ball.vertices[ball.faces, 2] > 0).all(axis=1)]
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        model = sm.reconstruct(sm.TriangleMesh(ball.vertices, faces[:, ::-1] if inward else faces), vertices=600)
+    assert (model.mesh.n_holes, model.mesh.genus) == (1, 0)
+    assert model.distance.mesh_to_data.max < 0.05
+    assert any("the triangles face inwards and were flipped" in str(each.message) for each in told) is inward

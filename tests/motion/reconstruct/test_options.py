@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 import simplexmesh as sm
 from simplexmesh.motion.model.parameters import MOST_RIGID
@@ -168,14 +169,16 @@ def test_vertices_are_redistributed_but_for_thin_bodies_and_holes(placement, hol
 
 @pytest.mark.parametrize("away", [0.5, 1.5])
 def test_holes_are_opened_near_a_wide_border_of_the_data_only(away, monkeypatch):
-    border = BALL.vertices[:20]
+    border, run = BALL.vertices[:20], SimpleNamespace(target=None, options=SimpleNamespace(holes="auto"))
+    run.tree, run.data = cKDTree(BALL.vertices), SimpleNamespace(diagonal=3.4)
     monkeypatch.setattr(changes, "wide_border", lambda target, edge: border)
     line = SimpleNamespace(
         mesh=SimpleNamespace(vertices=border + np.array([0, 0, away * changes.FAR_FROM_BORDER * 0.001])),
         vertices=np.arange(20),
     )
-    answer = changes._near_border(None, 0.001)(SimpleNamespace(contour=line))
+    line = SimpleNamespace(contour=line, vertices=np.arange(20))
+    answer = changes._near_border(run, 0.001)(line)
     assert answer is True if away < 1 else answer == "the data ends 0.009 away"
-    assert changes._near_border(None, 0.001)(SimpleNamespace(contour=None)) == "the data has no border wide enough"
+    assert changes._near_border(run, 0.001)(SimpleNamespace(contour=None)) == "the data has no border wide enough"
     border = border[:0]
-    assert changes._near_border(None, 0.001)(SimpleNamespace(contour=line)) == "the data has no border wide enough"
+    assert changes._near_border(run, 0.001)(line) == "the data has no border wide enough"

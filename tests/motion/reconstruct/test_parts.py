@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import simplexmesh as sm
 from simplexmesh.mesh.check import tangled_vertices
-from simplexmesh.motion.model.untangle import untangled
+from simplexmesh.motion.model.untangle import Tangles, untangled
 from simplexmesh.motion.reconstruct.conversion import otsu_threshold
 from simplexmesh.motion.start.grid_crossings import outer_crossings
 from simplexmesh.motion.start.primitives import primitive_around, principal_frame
@@ -77,7 +77,8 @@ def test_a_fold_is_smoothed_away_and_the_rest_stays():
             gap = 1 - np.linalg.norm(vertices, axis=1)
             return np.where(np.abs(gap) < reach, gap, np.nan)
 
-    mended, left = untangled(torn, Sphere(), reach=0.3)
+    tangles = untangled(Tangles(torn), Sphere(), reach=0.3)
+    mended, left = tangles.mesh, tangles.count
     assert left == 0
     assert mended.check(self_intersections=True).ok
     far = np.linalg.norm(ball.vertices - [0, 0, 1], axis=1) > 1.2
@@ -97,8 +98,9 @@ def test_remaining_tangles_are_blended_with_the_start():
             return np.where(np.abs(vertices[:, 2]) < 0.7, -2.0 * np.ones(len(vertices)), np.nan)
 
     torn = ball.moved(vertices)
-    _, without = untangled(torn, Crossed(), reach=9.0, rounds=2)
-    mended, left = untangled(torn, Crossed(), reach=9.0, rounds=2, start=ball)
+    without = untangled(Tangles(torn), Crossed(), reach=9.0, rounds=2).count
+    tangles = untangled(Tangles(torn), Crossed(), reach=9.0, rounds=2, start=ball)
+    mended, left = tangles.mesh, tangles.count
     assert without > 0
     assert left == 0
     assert mended.check(self_intersections=True).ok
@@ -120,7 +122,8 @@ def test_a_region_that_cannot_be_untangled_stays_while_others_are():
         def gap(self, vertices, normals, reach):
             return np.where(vertices[:, 0] > 4.5, 1 - np.linalg.norm(vertices - [9.0, 0, 0], axis=1), -5.0)
 
-    mended, left = untangled(torn, Data(), reach=9.0)
+    tangles = untangled(Tangles(torn), Data(), reach=9.0)
+    mended, left = tangles.mesh, tangles.count
     assert left == tangled_vertices(torn)[~right].sum()
     assert not tangled_vertices(mended)[right].any()
     assert_array_equal(mended.vertices[~right], torn.vertices[~right])
@@ -130,7 +133,8 @@ def test_a_region_that_cannot_be_untangled_stays_while_others_are():
 
 def test_untangling_leaves_an_untangled_mesh_unchanged():
     ball = sm.sphere(6)
-    mended, left = untangled(ball, sm.targets.Triangles(sm.sphere(9, radius=1.1).triangulated()), reach=0.5)
+    tangles = untangled(Tangles(ball), sm.targets.Triangles(sm.sphere(9, radius=1.1).triangulated()), reach=0.5)
+    mended, left = tangles.mesh, tangles.count
     assert mended is ball
     assert left == 0
 

@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial import cKDTree
 
 from simplexmesh.motion.targets.surfels import _kernels_patches as kernels
+from simplexmesh.motion.targets.surfels.surfels import MAX_SUPPORT_RATIO, assembled
 
 RNG = np.random.default_rng(0)
 COUNT = 40
@@ -63,10 +64,10 @@ def test_the_surfels_drawn_are_of_every_kind():
 
 
 def test_supports_are_limited_by_those_of_neighbors():
-    out = np.zeros(COUNT)
-    kernels.limit_support(SUPPORT, NEIGHBORS, out)
-    assert_allclose(out, np.minimum(SUPPORT, kernels.MAX_SUPPORT_RATIO * SUPPORT[NEIGHBORS].min(axis=1)))
-    assert 0 < (out < SUPPORT).sum() < COUNT
+    found = assembled(TABLE, np.zeros(COUNT), np.zeros(COUNT), oriented=True)
+    wide = 1.5 * np.linalg.norm(found.points[found.neighbors[:, :3]] - found.points[:, None], axis=2).max(axis=1)
+    assert_allclose(found.heads[:, 6], np.minimum(wide, MAX_SUPPORT_RATIO * wide[found.neighbors].min(axis=1)))
+    assert 0 < (found.heads[:, 6] < 0.99 * wide).sum() < COUNT
 
 
 @pytest.mark.parametrize("oriented", [False, True])

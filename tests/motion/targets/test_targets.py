@@ -318,6 +318,14 @@ def test_a_triangulated_ball_is_at_its_distance():
     assert_allclose(gaps, 1 - radius, atol=2e-3)
 
 
+def test_how_deep_points_are_in_a_body_and_beside_it():
+    ball = sm.targets.Triangles(sm.sphere(20).triangulated())
+    n = directions(300)
+    radius = np.random.default_rng(0).uniform(0.2, 1.5, 300)
+    assert_allclose(ball.depths(n * radius[:, None]), (1 - radius) / 2, atol=0.02)
+    assert np.isnan(sm.targets.Triangles(sm.TriangleMesh(*square())).depths(np.array([[0.4, 0.3, 0.1]])))
+
+
 def test_the_far_wall_of_a_thin_sheet_does_not_attract():
     sheet = joined(square(0.1), square(0.0, up=False))
     target = sm.targets.Triangles(sheet)

@@ -18,10 +18,10 @@ from simplexmesh.motion.model.boundary import BorderAttraction, unfolded_boundar
 from simplexmesh.motion.model.contours import rims_of
 from simplexmesh.motion.model.state import mean_edge
 from simplexmesh.motion.reconstruct.conversion import as_input
-from simplexmesh.motion.targets import _kernels_borders
-from simplexmesh.motion.targets.borders import border_of_points
+from simplexmesh.motion.targets.borders import border_of_points, boundary_criteria
 from simplexmesh.motion.topology.face_regions import cuttable, face_components, with_holes_beside
 from simplexmesh.motion.topology.holes import open_holes
+from simplexmesh.numerics.plane_fits import fitted
 from tests.motion.targets import reference as reference
 
 FINE = sm.sphere(20).triangulated()
@@ -313,6 +313,15 @@ class TestBorders:
     def test_a_closed_cloud_has_no_border(self):
         assert not len(border_of_points(sm.sphere(20).vertices).points)
 
+    def test_points_nearer_to_each_other_than_their_noise_end_where_they_do(self):
+        rng = np.random.default_rng(1)
+        points = np.column_stack([rng.uniform(-1, 1, (30000, 2)), np.zeros(30000)]) + rng.normal(0, 0.03, (30000, 3))
+        border = border_of_points(points)
+        ends = np.abs(border.points[:, :2]).max(axis=1)
+        assert len(border.points) > 50
+        assert (np.abs(ends - 1) < 0.15).mean() > 0.9
+        assert border.width.max() > 0.5
+
     def test_uneven_sampling_is_no_border(self):
         rng = np.random.default_rng(0)
         points = rng.uniform(-1, 1, (6000, 2))
@@ -332,8 +341,8 @@ class TestBorders:
         normals = rng.normal(size=(9, 3))
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
         plain, *told = reference.boundary_criteria(points, rows, near, normals if known else None)
-        free, off = np.empty((2, 9))
-        _kernels_borders.boundary_criteria(points, rows, near, normals, known, free, off)
+        normals = normals if known else fitted(points, near)[0]
+        free, off = boundary_criteria(points[near] - points[rows, None], normals)
         flat = np.linalg.svd(points[near] - points[near].mean(axis=1, keepdims=True), compute_uv=False)
         clear = np.full(9, True) if known else flat[:, 2] < 0.9 * flat[:, 1]
         assert np.allclose(np.abs((normals * plain).sum(axis=1))[clear], 1, atol=1e-9)

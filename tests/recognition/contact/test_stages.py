@@ -87,7 +87,7 @@ def test_without_weight_a_step_goes_as_far_as_limits_ask_for():
 
 @pytest.mark.parametrize("n", [5, occlude.MAXIMUM_VERTICES, occlude.MAXIMUM_VERTICES + 50])
 def test_of_many_vertices_some_attract(n):
-    rows = occlude._sampled_rows(SimpleNamespace(points=np.zeros((n, 3))))
+    rows = occlude._attracting_rows(SimpleNamespace(points=np.zeros((n, 3))))
     assert len(rows) == min(n, occlude.MAXIMUM_VERTICES)
     assert (np.diff(rows) > 0).all()
     assert 0 <= rows[0] <= rows[-1] < n

@@ -25,7 +25,15 @@ from simplexmesh.surface.curvature.adaptive._kernels_balls import Surface, colle
 from simplexmesh.surface.curvature.adaptive._kernels_polynomials import workspace
 from simplexmesh.surface.curvature.adaptive.adaptive import Jets, fitted
 from simplexmesh.surface.curvature.adaptive.probes import ProbeFits, noise_level, probe_fits, risks
-from simplexmesh.surface.curvature.adaptive.scales import LADDER, _probed, scales_of, shuffling, spacings, surface_of
+from simplexmesh.surface.curvature.adaptive.scales import (
+    LADDER,
+    _probed,
+    scales_of,
+    shuffling,
+    smoothed,
+    spacings,
+    surface_of,
+)
 from simplexmesh.surface.sampled_surface import as_sampled_surface
 from tests.bench.random_graph import random_graph
 from tests.surface.curvature import reference_adaptive as reference
@@ -413,7 +421,7 @@ class TestTwins:
     def test_means_over_links(self):
         samples, chance = self.drawn(0, 0.0, False)
         values, ring = chance.random((len(samples.points), 2)), samples.one_ring
-        found = scale_kernels.smoothed(ring.offsets, ring.members, values, 1, True)
+        found = smoothed(ring, values, 1)
         for i in (0, 17, 300):
             np.testing.assert_allclose(found[i], values[[i, *ring[i]]].mean(axis=0))
 

@@ -157,22 +157,13 @@ def check_nifti(path: Path) -> None:
         wanted = nifti_size(head)
     except ValueError:  # NaN for a place
         raise OSError(f"{path.name} is a NIfTI file with a damaged header") from None
-    if is_nifti_pair(head):
-        _check_pair(path, wanted)
-    elif not zipped:
-        _check_length(path, path, wanted)
-    elif (have := _unpacked_size(path, 0, path.stat().st_size, wanted)) < wanted:
-        found = "is truncated or damaged" if have < 0 else f"must have {wanted:,} bytes, it has {have:,}: truncated"
-        raise OSError(f"{path.name} {found}")
-
-
-def _check_pair(path: Path, wanted: int) -> None:
-    """Check that the samples beside a NIfTI header are present."""
-    raw = nifti_samples(path)
+    raw = nifti_samples(path) if is_nifti_pair(head) else path
     if raw is None:
         raise FileNotFoundError(f"{path.name} refers to {path.stem}.img, which is not in its folder")
-    check_beside(path, raw.name)
-    if raw.suffix != ".gz":
+    if raw != path:
+        check_beside(path, raw.name)
+        zipped = raw.suffix == ".gz"
+    if not zipped:
         _check_length(path, raw, wanted)
     elif (have := _unpacked_size(raw, 0, raw.stat().st_size, wanted)) < wanted:
         found = "is truncated or damaged" if have < 0 else f"must have {wanted:,} bytes, it has {have:,}: truncated"

@@ -128,7 +128,10 @@ class _Piece:
 
     def _checked(self, array: Any, count: int | None) -> NDArray[Any] | list[Any]:
         """Return the numbers of text, or the blocks of bytes, having checked that there are as many as needed."""
-        _check_ranges(array)
+        for key in array:  # what else it holds: its range, as two numbers
+            numbers = [(each.tag, each.get("index")) for each in key]
+            _require(key.tag == "InformationKey" and key.get("name") in _RANGES and key.get("length") == "2")
+            _require(numbers == [("Value", "0"), ("Value", "1")])
         dtype = np.dtype(_TYPES[array.attrib["type"]])
         _require(count is None or 0 <= count < _LARGEST)
         form = array.get("format")
@@ -196,14 +199,6 @@ def _components(array: Any) -> int:
     out = _whole(array.get("NumberOfComponents", "1"))
     _require(0 < out <= 1000)
     return out
-
-
-def _check_ranges(array: Any) -> None:
-    """Check what else an array holds: its range, as two numbers."""
-    for key in array:
-        numbers = [(each.tag, each.get("index")) for each in key]
-        _require(key.tag == "InformationKey" and key.get("name") in _RANGES and key.get("length") == "2")
-        _require(numbers == [("Value", "0"), ("Value", "1")])
 
 
 def _whole(word: str) -> int:

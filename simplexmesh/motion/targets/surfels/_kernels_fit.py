@@ -212,12 +212,7 @@ def _set_form(surfel, u, v, bend, scale):
 
 @njit(cache=True, error_model="numpy")
 def fit(cloud, local, count, radius, noise, surfel):
-    """Fit a quadric to the members around `surfel` (initial point and normal), in place; return a report.
-
-    Weights fall as 1 - t^2 with the tangential distance t in radii, and with the inverse variance of known errors. With
-    `noise` 0 a first iteration is ordinary least squares and a second uses Tukey weights; else there is only the
-    second, and `surfel` must be a fit already. The frame follows the fit.
-    """
+    """Fit a quadric to the members around `surfel`, in place: by least squares if `noise` is 0, then robustly."""
     m, x, first, bend = np.zeros((6, 6)), np.zeros(6), np.zeros(6), np.zeros(6)
     start, normal = (surfel[0], surfel[1], surfel[2]), (surfel[3], surfel[4], surfel[5])
     u0, u1, u2, v0, v1, v2 = tangents(normal[0], normal[1], normal[2])

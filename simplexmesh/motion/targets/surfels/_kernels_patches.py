@@ -17,7 +17,6 @@ from simplexmesh._base._kernels_both import FAST
 from simplexmesh._base._kernels_njit import LEAN, njit
 
 LANES = 8  # surfels per patch
-MAX_SUPPORT_RATIO = 1.5  # limit of the ratio of neighboring supports
 
 
 @njit(cache=True, error_model="numpy")
@@ -119,15 +118,6 @@ def closest_lane(patches, i, place):
         if d < best and patches[i, 13, k] > 0.0:
             best, lane = d, k
     return lane
-
-
-@njit(cache=True, error_model="numpy", parallel=True)
-def limit_support(support, neighbors, out):
-    """Fill `out` with the supports, limited to `MAX_SUPPORT_RATIO` times that of any neighbor."""
-    for i in prange(len(support)):
-        out[i] = support[i]
-        for k in range(neighbors.shape[1]):
-            out[i] = min(out[i], MAX_SUPPORT_RATIO * support[neighbors[i, k]])
 
 
 @njit(cache=True, error_model="numpy", parallel=True, fastmath=FAST)

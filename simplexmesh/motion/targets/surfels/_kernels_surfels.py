@@ -107,11 +107,7 @@ def _fit_growing(cloud, local, at, base, largest, reports):
 
 @njit(cache=True, error_model="numpy", parallel=True)
 def fit_scales(cloud, centers, bases, largest, reports):
-    """Fill `reports` (m, levels, 6) of fits around points `centers` (m,) at radii ``base RATIO^level``.
-
-    NaN where there is no fit: too few points, a radius above `largest`, a curvature too large for a height field, or a
-    jump from the previous scale of more than 6 standard deviations.
-    """
+    """Fill `reports` (m, levels, 6) of fits around points `centers` at radii ``base RATIO^level``; NaN for none."""
     for c in prange(len(centers)):
         _fit_growing(cloud, new_local(), centers[c], bases[c], largest, reports[c])
 
@@ -167,12 +163,7 @@ def widen(tree, centers, largest, radii):
 
 @njit(cache=True, error_model="numpy", parallel=True)
 def fit_all(cloud, centers, radii, isotropic, surfels, reports):
-    """Fill `surfels` (m, 12) and `reports` (m, 6) with fits around points `centers` at given radii; NaN if none.
-
-    The reported offsets are those of the points from the fits. `radii` are reduced where the surface is too curved.
-    `isotropic` errors of standard deviation s shift the mean height of a surface inwards by s^2 (k1 + k2) / 2, which is
-    corrected.
-    """
+    """Fill `surfels` (m, 12) and `reports` (m, 6) of points `centers` at `radii`, reduced where that bends too much."""
     for c in prange(len(centers)):
         radii[c] = _fit_shrinking(cloud, new_local(), centers[c], radii[c], isotropic, surfels[c], reports[c])
 
@@ -192,7 +183,7 @@ def _fit_shrinking(cloud, local, at, largest, isotropic, out, reported):
         reported[0] = 0.0
         for a in range(3):
             reported[0] += (cloud.points[at, a] - surfel[a]) * surfel[3 + a]
-        shift = 0.5 * report.noise**2 * (surfel[6] + surfel[7] + surfel[8])
+        shift = 0.5 * report.noise**2 * (surfel[6] + surfel[7] + surfel[8])  # inwards, of the mean of isotropic errors
         shift = max(-0.5 * report.noise, min(0.5 * report.noise, shift)) if isotropic else 0.0
         for a in range(3):
             surfel[a] -= shift * surfel[3 + a]

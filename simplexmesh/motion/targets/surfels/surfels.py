@@ -34,6 +34,9 @@ SURE = 5.0
 LEVELS = 14
 """Scales tried: radii up to 90 times the smallest."""
 
+MAX_SUPPORT_RATIO = 1.5
+"""Limit of the ratio of the supports of neighboring surfels."""
+
 
 def centers_and_radii(cloud: Cloud) -> tuple[Indices, Array]:
     """Return the points around which surfels are fitted, and the radii, interpolated from the pilots'."""
@@ -101,17 +104,14 @@ def _chosen_radii(cloud: Cloud, pilots: Indices) -> Array:
 
 
 def _squared_bias(report: Goodness, radius: Array, blurred: Mask, around: Indices, *, independent: bool) -> Array:
-    """Return the squared bias per pilot and scale, at least that of a cylinder of the same curvature.
-
-    `independent` errors of points tell it by the change from two smaller scales; those of a grid, alike among
-    neighbors, would count as bias and only allow to extrapolate from the change to the next scale.
-    """
+    """Return the squared bias per pilot and scale, at least that of a cylinder of the same curvature."""
     variance = np.asarray(report.variance)
     height = np.where(np.isfinite(variance), np.nan_to_num(report.offset).cumsum(axis=1), np.nan)
     bend = _pooled(np.asarray(report.curvature), blurred, around)
     least = (radius**4 * bend**3 / 213) ** 2  # 213: of a fit with these weights
     if not independent:
-        # fourth-order bias grows fourfold per scale, so the change to the next scale is three times this one's
+        # errors of a grid, alike among neighbors, would count as change since smaller scales: extrapolated instead, as
+        # fourth-order bias grows fourfold per scale, so that the change to the next scale is three times this one's
         excess = np.full_like(variance, np.nan)
         excess[:, :-1] = _excess(np.asarray(report.offset)[:, 1:], variance[:, :-1], variance[:, 1:]) / 9
         return np.maximum(np.nan_to_num(_pooled(excess, blurred, around)), least)
@@ -172,11 +172,7 @@ class Surfels(NamedTuple):
 
 
 def fitted_surfels(points: Array, normals: Array | None = None, spread: Array | None = None) -> Surfels:
-    """Fit surfels to points (n, 3), with radii from the data and spacings proportional to the radii.
-
-    Points whose outward `normals` face away from a place are excluded from its fit. `spread` (n, 3) is one standard
-    deviation of each point's error along a known direction; without it errors are isotropic, of unknown size.
-    """
+    """Fit surfels to points (n, 3), with radii from the data; `spread` (n, 3) is the known error of each, one sigma."""
     first = _first_occurrences(points)
     tree, none = kd_tree(points[first]), np.zeros((0, 3))
     facing = none if normals is None else np.ascontiguousarray(normals[first][tree.order], np.float64)
@@ -240,8 +236,9 @@ def assembled(table: Array, noise: Array, radius: Array, *, oriented: bool) -> S
     known: Mask = np.asarray(table[:, 3:6].any(axis=1))
     distance, index = _nearest_others(tree)
     neighbors = index[:, :NEIGHBORS].astype(np.int32)
-    support, patches = np.zeros(len(table)), np.zeros((len(table), 14, _kernels_patches.LANES), np.float32)
-    _kernels_patches.limit_support(np.maximum(1.5 * _largest(distance[:, :3]), 1e-300), neighbors, support)
+    support = np.maximum(1.5 * _largest(distance[:, :3]), 1e-300)
+    support = np.minimum(support, MAX_SUPPORT_RATIO * support[neighbors].min(axis=1))
+    patches = np.zeros((len(table), 14, _kernels_patches.LANES), np.float32)
     _kernels_patches.pack_patches(table, support, neighbors, oriented, patches)
     normals, beside, beyond = np.where(known[:, None], table[:, 3:6], np.nan), distance[:, -1], distance[:, 7]
     heads = np.column_stack([table[:, :3], normals, support, 2.25 * beside**2, beyond**2])

@@ -28,7 +28,7 @@ QUADRIC_PASSES = 2
 """Quadrics fitted before the jet."""
 
 ISOTROPIC = 1e-6
-"""Difference of the principal second moments of points, relative to their sum, below which there are no axes."""
+"""Difference of the fourth moments of points along two axes, relative to their sum, below which neither is first."""
 
 SINGULAR = np.repeat([1e-11, 1e-11, 1e-11, 3e-4, 2e-5, 1e-6, 3e-8], np.arange(1, 8))
 """Pivots below these shares of their diagonal entries: the points do not determine the coefficients of that degree.
@@ -113,8 +113,6 @@ def aligned(u, v, count, frame):
         a += u[k] * u[k]
         b += u[k] * v[k]
         c += v[k] * v[k]
-    if math.hypot(a - c, 2.0 * b) <= ISOTROPIC * (a + c):
-        return
     turn = 0.5 * math.atan2(2.0 * b, a - c) + 0.25 * math.pi
     cosine, sine = math.cos(turn), math.sin(turn)
     a = c = 0.0

@@ -1,37 +1,11 @@
-"""For the choice of scales: averages over neighbors and nearest probes."""
+"""For the choice of scales: the probe nearest to each vertex."""
 # mypy: allow-untyped-defs
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from simplexmesh._base._kernels_njit import njit
-
-
-@njit(cache=True, error_model="numpy")
-def smoothed(offsets, members, values, passes, signed):
-    """Return the rows averaged with those of their neighbors, `passes` times; up to sign if not `signed`."""
-    now, then = values.copy(), values.copy()
-    for _ in range(passes):
-        for i in range(values.shape[0]):
-            for c in range(values.shape[1]):
-                then[i, c] = now[i, c]
-            for m in range(offsets[i], offsets[i + 1]):
-                j = members[m]
-                sign = 1.0
-                if not signed:
-                    total = 0.0
-                    for c in range(values.shape[1]):
-                        total += now[i, c] * now[j, c]
-                    sign = math.copysign(1.0, total)
-                for c in range(values.shape[1]):
-                    then[i, c] += sign * now[j, c]
-            for c in range(values.shape[1]):
-                then[i, c] /= 1.0 + offsets[i + 1] - offsets[i]
-        now, then = then, now
-    return now
 
 
 @njit(cache=True)

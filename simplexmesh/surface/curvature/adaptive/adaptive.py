@@ -36,26 +36,9 @@ class Jets(NamedTuple):
 
 
 def estimate(
-    samples: SampledSurface,
-    around: Neighborhoods,
-    normals: Any,
-    *,
-    noise: float | None = None,
-    detail: float | None = None,
+    samples: SampledSurface, around: Neighborhoods, normals: Any, *, noise: float | None, detail: float | None
 ) -> Estimates:
-    """Fit a polynomial height around each center, at the radius that minimizes the expected error of curvature."""
-    found = jets(samples, around, noise=noise, detail=detail)
-    k1, k2 = found.shape.T.copy()
-    mean, gauss = (k1 + k2) / 2, k1 * k2
-    return Estimates(k1, k2, mean, gauss, found.reasons, found.d1, found.normals, found.error, found.scale)
-
-
-ADAPTIVE = Method(estimate, {"noise": None, "detail": None}, normals=None, own_scale=True)
-"""Of normals too, which are among its results."""
-
-
-def jets(samples: SampledSurface, around: Neighborhoods, *, noise: float | None, detail: float | None) -> Jets:
-    """Fit a jet around each center: balls, probes, scales, fits; options as in `curvature`."""
+    """Fit a jet around each center: balls, probes, the scale of least expected error, fits; options of `curvature`."""
     if noise is not None:
         noise = checks.number("noise", noise, 0.0)
     if detail is not None:
@@ -64,7 +47,14 @@ def jets(samples: SampledSurface, around: Neighborhoods, *, noise: float | None,
     scales = scales_of(samples, surface, noise=noise, detail=detail)
     if detail is not None:
         _warn_of_unreached(detail, scales.spacing[scales.spacing > 0])
-    return fitted(surface, around.centers, scales)
+    found = fitted(surface, around.centers, scales)
+    k1, k2 = found.shape.T.copy()
+    mean, gauss = (k1 + k2) / 2, k1 * k2
+    return Estimates(k1, k2, mean, gauss, found.reasons, found.d1, found.normals, found.error, found.scale)
+
+
+ADAPTIVE = Method(estimate, {"noise": None, "detail": None}, normals=None, own_scale=True)
+"""Of normals too, which are among its results."""
 
 
 def fitted(surface: Surface, rows: Indices, scales: Scales) -> Jets:

@@ -5,14 +5,16 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices
-from simplexmesh._base.vectors import cross
+from simplexmesh._base.vectors import dot, sums, triangle_vectors
 from simplexmesh.surface.curvature.adaptive import _kernels_scales as kernels
 from simplexmesh.surface.curvature.adaptive._kernels_balls import Surface
 from simplexmesh.surface.curvature.adaptive._kernels_polynomials import HIGHEST
 from simplexmesh.surface.curvature.adaptive.probes import ProbeFits, noise_level, probe_fits, risks
+from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.normals.orientation import consistent_normals
 from simplexmesh.surface.sampled_surface import SampledSurface
 
@@ -50,9 +52,6 @@ EQUAL = 1e-10
 WIDEST = 9.0
 """Radius in spacings beyond which a wanted detail does not enlarge balls: within are more points than are fitted."""
 
-SIGNED = True
-"""Average rows with their signs, not up to sign."""
-
 
 class Scales(NamedTuple):
     """Settings of the fit at each point."""
@@ -69,23 +68,30 @@ class Scales(NamedTuple):
 def surface_of(samples: SampledSurface) -> Surface:
     """Return the points, their one-rings and rough normals of any length, averaged over two rings."""
     ring = samples.one_ring
-    links, oriented = (ring.offsets, ring.members), True
+    oriented = True
     if samples.faces is not None:
-        directions = _area_vectors(samples.points, samples.faces)
+        areas = triangle_vectors(samples.points, samples.faces)
+        directions = sums(np.repeat(areas, 3, axis=0), samples.faces.ravel(), len(samples.points))
     elif samples.outward is not None:
         directions = np.ascontiguousarray(samples.outward)
     else:
         directions, oriented = consistent_normals(samples), False
-    smooth = kernels.smoothed(*links, directions, 2, oriented)
+    smooth = smoothed(ring, directions, 2, signed=oriented)
     unsigned = ring.offsets.view(np.uint64), ring.members.view(np.uint64)
     return Surface(*unsigned, ring.closed, samples.points, smooth, oriented)
 
 
-def _area_vectors(points: Array, faces: Indices) -> Array:
-    """Return the sum of the area vectors, doubled, of the triangles around each vertex."""
-    a, b, c = (points[faces[:, corner]] for corner in range(3))
-    parts = np.repeat(cross(b - a, c - a), 3, axis=0).T
-    return np.stack([np.bincount(faces.ravel(), part, len(points)) for part in parts], axis=1)
+def smoothed(ring: Neighborhoods, values: Array, passes: int, *, signed: bool = True) -> Array:
+    """Return the rows (n, k) averaged with those of their neighbors, `passes` times; up to sign if not `signed`."""
+    n = len(values)
+    members = np.insert(ring.members, ring.offsets[:-1], np.arange(n))
+    offsets = ring.offsets + np.arange(n + 1)
+    rows, shares = np.repeat(np.arange(n), np.diff(offsets)), np.ones(len(members))
+    for _ in range(passes):
+        if not signed:
+            shares = np.copysign(1.0, dot(values[rows], values[members]))
+        values = csr_array((shares, members, offsets), shape=(n, n)) @ values / np.diff(offsets)[:, None]
+    return values
 
 
 def spacings(samples: SampledSurface) -> Array:
@@ -105,7 +111,7 @@ def scales_of(
     raw_spacing = spacings(samples)
     connected = np.flatnonzero(raw_spacing > 0)
     logs = np.log(np.where(raw_spacing > 0, raw_spacing, 1.0))[:, None]
-    smoothed_spacing = np.exp(kernels.smoothed(ring.offsets, ring.members, logs, 2, SIGNED)[:, 0])
+    smoothed_spacing = np.exp(smoothed(ring, logs, 2)[:, 0])
     spacing = np.where(raw_spacing > 0, smoothed_spacing, 0.0)
     if not len(connected):
         none = np.zeros(len(spacing))
@@ -120,7 +126,7 @@ def scales_of(
     rows, nearest = _probed(samples, order)
     fits = probe_fits(surface, rows, spacing[rows, None] * LADDER[low : low + RETRIED])
     columns, degrees = _at_probes(samples.points[rows], fits, spacing[rows], deviation, shortest=low == 0)
-    values = kernels.smoothed(ring.offsets, ring.members, columns[nearest], 3, SIGNED)  # scales vary smoothly
+    values = smoothed(ring, columns[nearest], 3)  # scales vary smoothly
     radii = np.exp(values[:, 0]) * spacing
     smallest = np.minimum(0.7 * LADDER[0] * spacing, radii)
     if detail is not None:

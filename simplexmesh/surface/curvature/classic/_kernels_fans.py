@@ -20,6 +20,7 @@ from simplexmesh.surface.curvature.classic._kernels_euler import langer, sine, t
 from simplexmesh.surface.curvature.classic._kernels_fitted import circles, quadric
 from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND
 
+ESTIMATORS = ("sine", "taubin", "langer", "langer_exact", "quadric", "chen_schmitt")
 SINE, TAUBIN, LANGER, LANGER_EXACT, QUADRIC, CHEN_SCHMITT = range(6)
 
 

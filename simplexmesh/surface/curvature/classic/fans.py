@@ -18,15 +18,6 @@ from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.registry import Estimates
 from simplexmesh.surface.sampled_surface import SampledSurface
 
-ESTIMATORS = {
-    "sine": kernels.SINE,
-    "taubin": kernels.TAUBIN,
-    "langer": kernels.LANGER,
-    "langer_exact": kernels.LANGER_EXACT,
-    "quadric": kernels.QUADRIC,
-    "chen_schmitt": kernels.CHEN_SCHMITT,
-}
-
 
 def estimate(samples: SampledSurface, around: Neighborhoods, normals: Array, *, kind: str, **options: Any) -> Estimates:
     """Return the curvatures of an estimator of `ESTIMATORS`; `options` are those of its registry entry."""
@@ -35,7 +26,7 @@ def estimate(samples: SampledSurface, around: Neighborhoods, normals: Array, *, 
             checks.flag(name, options[name])
     if "least" in options:
         options["least"] = checks.integer("least", options["least"], options["terms"])
-    choice = kernels.Choice(ESTIMATORS[kind], **options)
+    choice = kernels.Choice(kernels.ESTIMATORS.index(kind), **options)
     n = len(around)
     out = kernels.Curvatures(np.zeros(n), np.zeros(n), np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n, np.uint8))
     kernels.curvatures(around.centers, around._rows, samples.points, normals, choice, chunks(n), out)
