@@ -1,10 +1,13 @@
-"""Lines and zones of simplified scans of parts with known creases, by tolerance.
+"""Lines and zones of simplified scans of parts with known creases, and lines of simplified smooth bodies, by tolerance.
+
+Those of bodies need the data folder, and are false but for the few that the bodies have as they are.
 
 Usage: python tests/benchmarks/bench_simplified_features.py [faces] [seed]
 """
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 
@@ -18,6 +21,10 @@ from tests.surface.features.parts import SHAPES, noisy, reference, tessellated
 from tests.surface.features.scoring import crease_score, paths, rand_index
 
 KINDS, NOISE, TOLERANCES = ("aligned", "scan"), (0.02, 0.05), (0, 1, 2, 4, 10)
+BODIES, SHARES = (
+    ("elephant.off", "spot.obj", "femur.off", "knot1.off", "avf_surface.vtk"),
+    (0, 0.001, 0.002, 0.005, 0.01, 0.02),
+)
 COLUMNS = ("faces", "precision", "recall", "ARI", "zones/true")
 
 
@@ -33,6 +40,17 @@ def row(part, tolerance):
     return [mesh.n_faces, np.nan_to_num(found.precision), found.recall, index, len(zones) / len(part.kinds)]
 
 
+def print_smooth(folder):
+    """Print the number of lines of bodies, and their length over the diagonal, by tolerance over that."""
+    for name in BODIES:
+        body = sm.read(folder / name).welded(report=False).oriented(outward=False)
+        cells = []
+        for share in SHARES:
+            lines = sm.feature_lines(sm.simplify(body, share * body.diagonal) if share else body).lines
+            cells.append(f"{share:.1%}: {len(lines)}, {sum(line.length for line in lines) / body.diagonal:.2g}")
+        print(f"{name:16s}", "  ".join(cells), flush=True)
+
+
 def main() -> None:
     faces, seed = map(int, [*sys.argv[1:], *("12000", "0")[len(sys.argv) - 1 :]])
     bodies = [reference(name, seed) for name in SHAPES]
@@ -45,6 +63,8 @@ def main() -> None:
                 each = zip(COLUMNS, np.mean(rows, axis=0), np.min(rows, axis=0), strict=True)
                 cells = "  ".join(f"{name} {mean:.4g} {least:.3g}" for name, mean, least in each)
                 print(f"{kind}, noise {noise:.0%}, {times:2d} deviations: {cells}", flush=True)
+    if "SIMPLEXMESH_DATA" in os.environ:
+        print_smooth(Path(os.environ["SIMPLEXMESH_DATA"]))
 
 
 if __name__ == "__main__":

@@ -117,6 +117,14 @@ class TestNothingSharp:
         capsule = pv.Capsule(radius=0.5, cylinder_length=1.5, resolution=resolution).triangulate().clean()
         assert sm.feature_lines(capsule).lines == ()
 
+    @pytest.mark.parametrize("tolerance", [0.002, 0.005, 0.01])
+    def test_a_knotted_tube_that_is_simplified(self, tolerance):
+        turn = np.linspace(0, 2 * np.pi, 301)
+        far, height = 2 + np.cos(3 * turn), np.sin(3 * turn)
+        course = pv.Spline(np.column_stack([np.cos(2 * turn) * far, np.sin(2 * turn) * far, height]), 300)
+        tube = course.tube(radius=0.4, n_sides=24).triangulate().clean()
+        assert sm.feature_lines(sm.simplify(tube, tolerance=tolerance * tube.length)).lines == ()
+
     def test_a_border_is_no_crease(self):
         assert sm.feature_lines(sheet(lambda x, y: 0 * x)).lines == ()
         keep = (CUBE.vertices[CUBE.faces][:, :, 2] < 0.4999).any(axis=1)

@@ -121,6 +121,12 @@ def test_creases_of_simplified_scans_are_found(noise, kind):
     assert 0.8 < np.mean(zones) < 1.4
 
 
+@pytest.mark.parametrize("kind", ["aligned", "irregular"])
+def test_creases_of_20_degrees_are_found_in_noise(kind):
+    """That of the other edges is measured inside of smooth parts, not across their creases."""
+    assert score("block", kind, 0.05).soft_recall > 0.9
+
+
 def away(name, noise):
     """The median distances of a scan's points of lines, and of the vertices that these follow, from the creases."""
     given, network = found(name, "scan", noise)

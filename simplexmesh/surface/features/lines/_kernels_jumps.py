@@ -78,7 +78,7 @@ def _rise(aside, up):
 
 @njit(cache=True, error_model="numpy")
 def _side(facets, sides, half, frame, stamp, queue):
-    """Return the sine of the normal's angle at the edge, the surface's height and steepness, and its distance.
+    """Return the sine of the normal's angle at the edge, the surface's height and steepness, its distance, and bending.
 
     The `frame` is the edge's middle, the directions along and across the crease, and the mean normal. Over the window,
     triangles connected to that of the half-edge with normals nearer to its own than to the one across, the sine is a
@@ -129,7 +129,7 @@ def _side(facets, sides, half, frame, stamp, queue):
     sine = min(0.999, max(-0.999, ms - my * slope))
     level = min(0.999, max(-0.999, ms))
     steep = -level / math.sqrt(1 - level * level)
-    return sine, (radius * (mz - steep * my), steep), radius * my
+    return sine, (radius * (mz - steep * my), steep), radius * my, abs(slope) / radius
 
 
 @njit(cache=True, error_model="numpy")
@@ -143,12 +143,12 @@ def _meeting(one, two, farthest):
 
 
 @njit(cache=True, error_model="numpy")
-def fill_jumps(facets, sides, edges, jumps, places, directions):
+def fill_jumps(facets, sides, edges, jumps, places, directions, bendings):
     """Fill the angles (e,) by which the normal jumps at half-edges, and where the sides meet.
 
     A jump is negative where the sides, extrapolated, bend against what the filtered normals show. `places` (e, 3) are
     points of the crease, next to the middle of the edge unless its triangles are exact, `directions` (e, 3) its course,
-    with the triangle of the half-edge on the left.
+    with the triangle of the half-edge on the left. `bendings` (e,) are how much both sides bend across, per length.
     """
     stamp = np.full(len(facets.faces), -1, np.int64)
     queue = np.empty(len(facets.faces) + 1, np.int64)
@@ -165,11 +165,12 @@ def fill_jumps(facets, sides, edges, jumps, places, directions):
         course, mean = unit(course), unit(plus(one, two, 1.0))
         across = unit(cross_product(course, mean))
         frame = plus(start, along, 0.5), course, across, mean
-        near, low, left = _side(facets, sides, half, frame, stamp, queue)
-        far, high, right = _side(facets, sides, mate, frame, stamp, queue)
+        near, low, left, one_bending = _side(facets, sides, half, frame, stamp, queue)
+        far, high, right, other_bending = _side(facets, sides, mate, frame, stamp, queue)
         if left > right:
             course = -course[0], -course[1], -course[2]
         jumps[i] = math.asin(far) - math.asin(near)
+        bendings[i] = one_bending + other_bending
         farthest = FARTHEST * math.sqrt(min(facets.areas[half // 3], facets.areas[mate // 3]))
         y, z = (0.0, 0.0) if exact else _meeting(low, high, farthest)
         place = plus(plus(frame[0], across, y), mean, z)

@@ -14,16 +14,16 @@ from simplexmesh.surface.features.lines.edges import Chains, Edges
 from simplexmesh.surface.features.lines.normals import sampled, within_zones
 
 DEFAULT_ANGLE = np.radians(10)
-"""A crease by default; the normal of tessellated curves jumps by less."""
-
-CANDIDATE = np.radians(5)
-"""Bends of the filtered normals that are looked at; noise alone leaves less than one degree."""
+"""A crease by default; the normal of tessellated curves jumps by less. Noise leaves filtered normals a tenth."""
 
 STRONG = 0.7
 """Bends that windows do not cross, in radians: curves are seldom tessellated by more than 40 degrees a step."""
 
-STANDING_OUT = 4.0
+STANDING_OUT = 5.0
 """Jumps in the mean of whole lines over the median of those at ordinary edges: of ripples, say, or coarse curves."""
+
+ROUND = 0.35
+"""In radians: a jump by less may be that of a side which bends by as much over an edge, as fillets do."""
 
 SHARP = 0.8
 """A jump, in radians, that stands out on simplified surfaces, whose slivers along creases say little themselves."""
@@ -84,21 +84,22 @@ class FilteredSurface:
         out: Mask = touched[self.edges.facets.faces].any(axis=1) & ~self.exact
         return out
 
-    def jumps_at(self, at: Mask, stops: Mask, off: Mask | None = None) -> tuple[Array, Array, Array]:
-        """Return jumps (e,) of the normal, places and directions (e, 3) `at` some edges, 0 elsewhere.
+    def jumps_at(self, at: Mask, stops: Mask, off: Mask | None = None) -> tuple[Array, Array, Array, Array]:
+        """Return jumps (e,) of the normal, places and directions (e, 3) and bendings (e,) `at` some edges, 0 elsewhere.
 
         Triangles may straddle these edges, and do at those that are `off`; no window crosses those that are `stops`.
         """
-        weights, stops = np.where(self.straddling(at), NEAR, 1.0), self.edges.halved(at & stops)
+        weights, stops = np.where(self.straddling(at), NEAR, 1.0), self.edges.halved(stops)
         if off is not None:
             weights[self.straddling(off)] = ASTRIDE
         sides = _kernels_jumps.Sides(self.normals, weights, self.exact, stops)
         rows = np.flatnonzero(at)
-        jumps, places, directions = np.zeros(len(at)), np.zeros((len(at), 3)), np.zeros((len(at), 3))
-        filled = np.zeros(len(rows)), np.zeros((len(rows), 3)), np.zeros((len(rows), 3))
+        out = np.zeros(len(at)), np.zeros((len(at), 3)), np.zeros((len(at), 3)), np.zeros(len(at))
+        filled = tuple(values[rows] for values in out)
         _kernels_jumps.fill_jumps(self.edges.facets, sides, self.edges.halves[rows], *filled)
-        jumps[rows], places[rows], directions[rows] = filled
-        return jumps, places, directions
+        for values, those in zip(out, filled, strict=True):
+            values[rows] = those
+        return out
 
     def creases_at(self, chosen: Mask) -> Creases:
         """Return the creases at edges that form clean lines, which no window crosses."""
@@ -106,9 +107,9 @@ class FilteredSurface:
         beside = beside[~self.exact[beside]]
         normals[beside] = within_zones(self.edges.facets, self.edges.zones(chosen), beside)
         settled = FilteredSurface(self.edges, normals, self.exact)
-        biased, *first = settled.jumps_at(chosen, chosen)
+        biased, *first, _ = settled.jumps_at(chosen, chosen)
         found = Creases(self.edges, self.normals, self.exact, chosen, biased, biased, *first)
-        jumps, places, directions = settled.jumps_at(chosen, chosen, found.off)
+        jumps, places, directions, _ = settled.jumps_at(chosen, chosen, found.off)
         return replace(found, jumps=jumps, places=places, directions=directions)
 
 
@@ -145,11 +146,12 @@ def creases(vertices: Array, faces: Indices, mates: Indices, angle: float) -> Cr
     """Return the edges where two smooth parts of a surface meet at more than an angle."""
     facets, normals, exact = sampled(vertices, faces, mates)
     surface = FilteredSurface(Edges(facets), normals, exact)
-    chosen, strengths = surface.bends > min(CANDIDATE, 0.5 * angle), surface.bends
+    chosen, strengths = surface.bends > 0.5 * min(DEFAULT_ANGLE, angle), surface.bends
     biased = max(min(DEFAULT_ANGLE, angle), BIAS * angle)
-    least = np.maximum(biased, STANDING_OUT * _ordinary_jumps(surface))
+    ordinary = np.maximum(biased, STANDING_OUT * _ordinary_jumps(surface))
     for _ in range(ROUNDS):
-        strengths = surface.jumps_at(chosen, strengths > STRONG)[0]
+        strengths, *_, bendings = surface.jumps_at(chosen, strengths > STRONG)
+        least = np.maximum(ordinary, np.minimum(ROUND, surface.scales * bendings))
         chosen = chosen & (strengths > EDGE * least)
     found = surface.creases_at(_cleaned(surface, chosen, strengths, least))
 

@@ -15,6 +15,9 @@ SIMPLIFIED = 0.68
 KNOWN = 0.25
 """In radians, the deviation of normals in the mean over the surface: those of small triangles with noise have more."""
 
+FLAT, MOST = 1 / 3, 0.25
+"""Of the mean bend, and of the area: parts have more beside edges that bend by less, coarse smooth bodies have not."""
+
 
 class Facets(NamedTuple):
     """Triangles, matched across their edges."""
@@ -62,11 +65,19 @@ class Facets(NamedTuple):
         """(t,): deviation of the components of a normal along the surface, for one of 1 of the corners."""
         return np.sqrt((self.sides**2).sum(axis=1) / np.maximum(8 * self.areas**2, 1e-200))
 
+    @property
+    def creased(self) -> bool:
+        """Whether few edges have most of the bends, as those of parts have."""
+        inner = np.flatnonzero(self.mates >= 0)
+        bends = norm(self.normals[inner // 3] - self.normals[self.mates[inner] // 3])
+        areas = self.areas[inner // 3]
+        return bool(areas[bends <= FLAT * (areas @ bends) / areas.sum()].sum() > MOST * areas.sum())
+
     def seen(self, noise: Array, scales: Array) -> Facets:
         """Return them with what the noise of their vertices and the scales (t,) around them tell."""
         variances = noise**2 * self.tilts**2
         known = np.sqrt(variances) @ self.areas < KNOWN * self.areas.sum()
-        simplified = bool(known and self.qualities.mean() < SIMPLIFIED)
+        simplified = bool(known and self.creased and self.qualities.mean() < SIMPLIFIED)
         return self._replace(scales=scales, variances=variances, noise=noise, simplified=simplified)
 
 
