@@ -28,6 +28,23 @@ def test_the_closest_point_of_a_triangle_is_that_of_libigl(seed):
     assert_allclose(np.array([1 - sum(weights), *weights]) @ corners, closest[0], atol=1e-9)
 
 
+@settings(max_examples=5)
+@given(seeds)
+def test_the_closest_points_of_a_rim_are_those_of_all_its_edges(seed):
+    mesh, rng = shaken(MESHES["plane"], seed), np.random.default_rng(seed)
+    f, v = faces_of(mesh.connectivity), mesh.vertices
+    rim = np.flatnonzero(f.hole[f.owner])
+    places = kernels.Locations(rng.choice(rim, 20).astype(np.int32), np.zeros((20, 3)))
+    samples = v[f.vertices[places.corner]] + 0.3 * rng.normal(size=(20, 3))
+    kernels.locate_on_rim(v, f, samples, places)
+    start, edge = v[f.vertices[rim]], v[f.ahead[rim]] - v[f.vertices[rim]]
+    share = ((samples[:, None] - start) * edge).sum(axis=2) / (edge**2).sum(axis=1)
+    away = start + share.clip(0, 1)[:, :, None] * edge - samples[:, None]
+    ends = v[f.vertices[places.corner]], v[f.ahead[places.corner]]
+    there = sum(places.weights[:, k, None] * end for k, end in enumerate(ends))
+    assert_allclose(np.linalg.norm(there - samples, axis=1), np.linalg.norm(away, axis=2).min(axis=1))
+
+
 def problem(mesh, seed):
     """Random samples, locations and weights on a mesh."""
     rng, f, n, s = np.random.default_rng(seed), faces_of(mesh.connectivity), mesh.n_vertices, 50
