@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 
 from simplexmesh.mesh.decimation import _kernels_fitting as kernels
-from simplexmesh.mesh.decimation.fitting import _shares, faces_of
+from simplexmesh.mesh.decimation.fitting import FittedMesh, SurfaceSamples, _shares, faces_of
 from tests.mesh.decimation.reference import shaken
 from tests.mesh.operators.test_editing import MESHES
 
@@ -43,6 +43,17 @@ def test_the_closest_points_of_a_rim_are_those_of_all_its_edges(seed):
     ends = v[f.vertices[places.corner]], v[f.ahead[places.corner]]
     there = sum(places.weights[:, k, None] * end for k, end in enumerate(ends))
     assert_allclose(np.linalg.norm(there - samples, axis=1), np.linalg.norm(away, axis=2).min(axis=1))
+
+
+@pytest.mark.parametrize("name", ["plane", "torus with holes"])
+def test_samples_of_rims_start_on_edges_between_their_face_and_their_hole(name):
+    mesh = MESHES[name]
+    faces, surface = len(mesh.connectivity.face_sizes), SurfaceSamples.of(mesh)
+    alone = np.arange(faces, dtype=np.int32)
+    fit = FittedMesh(surface, mesh, alone, np.zeros((faces, 3)), np.ones(mesh.n_vertices, bool))
+    f, corner = fit._faces, fit._rim_locations.corner
+    assert_array_equal(f.owner[corner], surface.rim_holes)
+    assert_array_equal(f.owner[f.across[corner]], surface.rim_faces)
 
 
 def problem(mesh, seed):
