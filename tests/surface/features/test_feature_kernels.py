@@ -14,7 +14,7 @@ from simplexmesh.mesh import manifold
 from simplexmesh.surface.features.lines import _kernels_normals
 from simplexmesh.surface.features.lines._kernels_chains import chains
 from simplexmesh.surface.features.lines._kernels_patches import patches
-from simplexmesh.surface.features.lines.edges import Edges
+from simplexmesh.surface.features.lines.edge_sets import Edges
 from simplexmesh.surface.features.lines.facets import measured
 from simplexmesh.surface.features.lines.invariants import shape_invariant, straight
 from simplexmesh.surface.features.lines.normals import within_zones
