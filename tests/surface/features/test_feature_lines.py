@@ -256,3 +256,11 @@ class TestGivenTriangles:
         network = sm.feature_lines(soup)
         assert len(network.lines) == 12
         assert network.mesh.n_vertices == CUBE.n_vertices
+
+
+def test_arrays_of_a_network_are_read_only():
+    network = sm.feature_lines(pv.Cube().triangulate().clean())
+    assert len(network.node_vertices) == 8
+    for array in (network.node_vertices, network.nodes, network.lines[0].points):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0
