@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 import pyvista as pv
 from numpy.testing import assert_allclose, assert_array_equal
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import dijkstra
 
 import simplexmesh as sm
 from simplexmesh.mesh import manifold
@@ -55,6 +57,20 @@ class TestChains:
         none = np.zeros(len(edges.ends), bool)
         offsets, found, vertices = chains(edges.ends, *edges._around, none, edges.degrees(none))
         assert (offsets.tolist(), found.tolist(), vertices.tolist()) == ([0], [], [])
+
+
+@pytest.mark.parametrize("body", BODIES)
+def test_the_cheapest_paths_are_those_of_scipy(body):
+    edges, rng = Edges(facets_of(body)), np.random.default_rng(0)
+    costs, usable = rng.uniform(0.1, 1.0, len(edges.ends)), rng.random(len(edges.ends)) < 0.8
+    n = body.n_vertices
+    graph = csr_matrix((costs[usable], edges.ends[usable].T), (n, n))
+    away = dijkstra(graph, directed=False, indices=0)
+    for goal in range(1, n, 7):
+        path = edges.path(0, [goal], usable, costs)
+        assert usable[path].all()
+        assert np.isinf(away[goal]) == (not path)
+        assert not path or costs[path].sum() == pytest.approx(away[goal])
 
 
 def lines_of(edges, degrees):
