@@ -12,6 +12,12 @@ from simplexmesh._base.vectors import cross, norm
 SIMPLIFIED = 0.68
 """Mean quality of triangles: that of scans is more, also with noise of a third of an edge, of simplified ones less."""
 
+EVEN = 0.6
+"""Mean quality of triangles of the shapes that scanners make, those of programs have less."""
+
+UNEVEN = 0.3
+"""Spread of the longest sides of triangles: scans and surfaces through grids have half of it, simplified ones more."""
+
 KNOWN = 0.25
 """In radians, the deviation of normals in the mean over the surface: those of small triangles with noise have more."""
 
@@ -61,6 +67,18 @@ class Facets(NamedTuple):
         return 4 * np.sqrt(3) * self.areas / np.maximum((self.sides**2).sum(axis=1), 1e-300)
 
     @property
+    def spread(self) -> float:
+        """The standard deviation of the longest sides over the area, in their mean."""
+        longest = self.sides.max(axis=1)
+        mean = self.areas @ longest / self.areas.sum()
+        return float(np.sqrt(self.areas @ (longest - mean) ** 2 / self.areas.sum()) / mean)
+
+    @property
+    def uniform(self) -> bool:
+        """Whether slivers are those of a grid, as of marching cubes: all triangles are about as long."""
+        return bool(self.qualities.mean() >= EVEN and self.spread < UNEVEN)
+
+    @property
     def tilts(self) -> Array:
         """(t,): deviation of the components of a normal along the surface, for one of 1 of the corners."""
         return np.sqrt((self.sides**2).sum(axis=1) / np.maximum(8 * self.areas**2, 1e-200))
@@ -77,7 +95,7 @@ class Facets(NamedTuple):
         """Return them with what the noise of their vertices and the scales (t,) around them tell."""
         variances = noise**2 * self.tilts**2
         known = np.sqrt(variances) @ self.areas < KNOWN * self.areas.sum()
-        simplified = bool(known and self.creased and self.qualities.mean() < SIMPLIFIED)
+        simplified = bool(known and self.qualities.mean() < SIMPLIFIED and self.spread > UNEVEN and self.creased)
         return self._replace(scales=scales, variances=variances, noise=noise, simplified=simplified)
 
 
