@@ -61,22 +61,25 @@ class Facets(NamedTuple):
     simplified: bool
     """Whether triangles are as large as the shape lets them be, so that neighbors tell little of their normals."""
 
+    uniform: bool
+    """Whether slivers are those of a grid, as of marching cubes: all triangles are about as long."""
+
     @property
     def qualities(self) -> Array:
         """(t,): 1 if equilateral, 0 if without area."""
         return 4 * np.sqrt(3) * self.areas / np.maximum((self.sides**2).sum(axis=1), 1e-300)
 
     @property
-    def spread(self) -> float:
-        """The standard deviation of the longest sides over the area, in their mean."""
-        longest = self.sides.max(axis=1)
-        mean = self.areas @ longest / self.areas.sum()
-        return float(np.sqrt(self.areas @ (longest - mean) ** 2 / self.areas.sum()) / mean)
+    def longest(self) -> Array:
+        """(t,): the longest sides."""
+        return np.maximum(np.maximum(self.sides[:, 0], self.sides[:, 1]), self.sides[:, 2])
 
     @property
-    def uniform(self) -> bool:
-        """Whether slivers are those of a grid, as of marching cubes: all triangles are about as long."""
-        return bool(self.qualities.mean() >= EVEN and self.spread < UNEVEN)
+    def spread(self) -> float:
+        """The standard deviation of the longest sides over the area, in their mean."""
+        longest = self.longest
+        mean = self.areas @ longest / max(self.areas.sum(), 1e-300)
+        return float(np.sqrt(self.areas @ (longest - mean) ** 2 / max(self.areas.sum(), 1e-300)) / max(mean, 1e-300))
 
     @property
     def tilts(self) -> Array:
@@ -95,8 +98,10 @@ class Facets(NamedTuple):
         """Return them with what the noise of their vertices and the scales (t,) around them tell."""
         variances = noise**2 * self.tilts**2
         known = np.sqrt(variances) @ self.areas < KNOWN * self.areas.sum()
-        simplified = bool(known and self.qualities.mean() < SIMPLIFIED and self.spread > UNEVEN and self.creased)
-        return self._replace(scales=scales, variances=variances, noise=noise, simplified=simplified)
+        quality, uneven = self.qualities.mean(), self.spread > UNEVEN
+        kind = {"simplified": bool(known and quality < SIMPLIFIED and uneven and self.creased)}
+        kind["uniform"] = bool(quality >= EVEN and not uneven)
+        return self._replace(scales=scales, variances=variances, noise=noise, **kind)
 
 
 def measured(vertices: Array, faces: Indices, mates: Indices) -> Facets:
@@ -108,4 +113,4 @@ def measured(vertices: Array, faces: Indices, mates: Indices) -> Facets:
     normals = vectors / np.where(doubled > 0, doubled, 1.0)[:, None]
     unknown = np.zeros(len(faces))
     told = sides, doubled / 2, normals, corners.mean(axis=1), unknown, unknown, unknown
-    return Facets(vertices, faces, mates, *told, simplified=False)
+    return Facets(vertices, faces, mates, *told, simplified=False, uniform=False)

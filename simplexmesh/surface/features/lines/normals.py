@@ -46,7 +46,7 @@ def sampled(vertices: Array, faces: Indices, mates: Indices) -> tuple[Facets, Ar
     scales = np.sqrt(4 / np.sqrt(3) * np.bincount(owner, facets.areas[ring[1]]) / counts)
     facets = facets.seen(noise, scales)
     even = facets.uniform | (np.bincount(owner, facets.qualities[ring[1]]) / counts >= EVEN)
-    height = 2 * facets.areas / np.maximum(facets.sides.max(axis=1), 1e-300)
+    height = 2 * facets.areas / np.maximum(facets.longest, 1e-300)
     exact = (~even | _in_planes(facets, *ring)) & (np.sqrt(2) * noise < EXACT * height)
     around = patches(faces, len(vertices), facets.centers, PATCH * noise, everywhere) if noise.any() else ring
     return facets, _filtered(facets, exact, *around), exact
@@ -77,14 +77,12 @@ def _in_planes(facets: Facets, offsets: Indices, members: Indices) -> Mask:
 
 def _filtered(facets: Facets, exact: Mask, offsets: Indices, members: Indices) -> Array:
     """Return normals (t, 3) averaged over patches of triangles with normals alike, but for exact ones."""
-    owner = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
-    apart = norm(facets.centers[members] - facets.centers[owner])
-    areas = facets.areas[members]
-    width = np.bincount(owner, apart * areas) / np.maximum(np.bincount(owner, areas), 1e-300)
-    weights = areas * np.exp(-0.5 * (apart / np.maximum(width[owner], 1e-300)) ** 2)
+    weights = np.empty(len(members))
+    _kernels_normals.fill_weights(offsets, members, facets.centers, facets.areas, weights)
     alike = 0.1 + 0.85 * facets.noise / np.sqrt((facets.scales**2).mean())
     limits = np.ones(len(facets.faces))
     if facets.simplified:
+        owner, areas = np.repeat(np.arange(len(limits)), np.diff(offsets)), facets.areas[members]
         explained = np.bincount(owner, areas * facets.variances[members])
         limits = PURE + 4 * explained / np.maximum(np.bincount(owner, areas), 1e-300)
     normals, averaged = facets.normals.copy(), np.empty_like(facets.normals)
