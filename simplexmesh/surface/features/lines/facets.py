@@ -99,9 +99,9 @@ class Facets(NamedTuple):
         variances = noise**2 * self.tilts**2
         known = np.sqrt(variances) @ self.areas < KNOWN * self.areas.sum()
         quality, uneven = self.qualities.mean(), self.spread > UNEVEN
-        kind = {"simplified": bool(known and quality < SIMPLIFIED and uneven and self.creased)}
-        kind["uniform"] = bool(quality >= EVEN and not uneven)
-        return self._replace(scales=scales, variances=variances, noise=noise, **kind)
+        simplified = bool(known and quality < SIMPLIFIED and uneven and self.creased)
+        out = self._replace(scales=scales, variances=variances, noise=noise, simplified=simplified)
+        return out._replace(uniform=bool(quality >= EVEN and not uneven))
 
 
 def measured(vertices: Array, faces: Indices, mates: Indices) -> Facets:
