@@ -185,7 +185,7 @@ def instance(name: str, value: Any, kind: type[Kind]) -> Kind:
 def type_name(value: Any) -> str:
     """Return the name of an object's type, or what it says instead, with its library if this is another one."""
     library = type(value).__module__.partition(".")[0]
-    own = library in ("builtins", "numpy", "simplexmesh", "__main__")
+    own = library in ("builtins", "numpy", "simplexmesh")
     return getattr(value, "_named", type(value).__name__) if own else f"{library}.{type(value).__name__}"
 
 

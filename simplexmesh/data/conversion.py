@@ -121,4 +121,4 @@ def _description(value: Any, out: Any) -> str:
         return ",".join([f"the {kind} in {os.path.basename(os.fspath(value))}", *advice])
     if type(value) is type(out):
         return f"a {checks.type_name(out)}"
-    return f"a {checks.type_name(value)} read as {checks.type_name(out)}"
+    return f"{checks.type_name(value)} read as {checks.type_name(out)}"

@@ -146,7 +146,11 @@ def _of_frame(value: Any, name: str) -> PointCloud | None:
         if len(table) == 3 and all(column.dtype.kind in "biuf" for column in table.values()):
             return PointCloud(np.stack(list(table.values()), axis=1))
         raise ValueError(f"{name} must have columns x, y and z, or three of numbers, not {', '.join(table) or 'none'}")
-    return PointCloud(points_of(table), normals_of(table), data_of(table))
+    try:
+        points = points_of(table)
+    except (ValueError, TypeError) as error:
+        raise ValueError(f"{name} must have numbers in its columns x, y and z: {error}") from None
+    return PointCloud(points, normals_of(table), data_of(table))
 
 
 def _per_row(table: Any, n: int) -> dict[str, NDArray[Any]]:

@@ -151,7 +151,7 @@ def test_refusals(value, error, message):
 @pytest.mark.parametrize(
     ("convert", "value", "message"),
     [
-        (as_volume, POINTS, "volume must be a volume, not a ndarray read as PointCloud"),
+        (as_volume, POINTS, "volume must be a volume, not ndarray read as PointCloud"),
         (
             as_points,
             sm.Volume(np.zeros((2, 2, 2))),

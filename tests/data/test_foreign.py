@@ -131,8 +131,10 @@ class TestOpen3D:
             sm.dual(stranger)
         with pytest.raises(TypeError, match=r"a path to them, not open3d.TriangleMesh$"):
             sm.curvature(stranger)
-        with pytest.raises(TypeError, match=r"volume must be a volume, not a trimesh.Trimesh read as TriangleMesh"):
+        with pytest.raises(TypeError, match=r"volume must be a volume, not trimesh.Trimesh read as TriangleMesh"):
             as_volume(SURFACE.to_trimesh())
+        with pytest.raises(TypeError, match=r"not __main__.TriangleMesh$"):
+            as_data(type("TriangleMesh", (), {"__module__": "__main__"})())
 
 
 class TestImages:
@@ -191,6 +193,8 @@ class TestTables:
             as_data(frame[["nx", "red"]])
         with pytest.raises(ValueError, match="points must be finite; 1 of 4"):
             as_data(frame.assign(X=[np.nan, 1, 2, 3]))
+        with pytest.raises(ValueError, match=r"data must have numbers in its columns x, y and z: .* 'n'"):
+            as_data(frame.assign(X="n"))
 
     def test_meshio(self):
         meshio = pytest.importorskip("meshio")

@@ -161,7 +161,8 @@ def vtk_reason(complaint: str) -> str:
     lines = [line.strip() for line in complaint.splitlines() if line.strip()]
     lines = [line for line in lines if not line.startswith(("ERROR:", "Warning:", "Generic Warning:"))]
     text = lines[0] if lines and not lines[0].startswith("Algorithm") else "it is damaged"
-    return re.sub(r" ?\(0x[0-9a-f]+\)", "", text.split("): ", 1)[-1]).rstrip(".")
+    text = re.sub(r" ?\(0x[0-9a-f]+\)", "", text.split("): ", 1)[-1])
+    return re.split(r"\.(?:\s|$)", text)[0][:200]  # it quotes words of the file, which may have any length
 
 
 @contextmanager

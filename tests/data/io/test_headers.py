@@ -109,6 +109,15 @@ def test_numbers_that_would_end_the_process(sound, name, old, new, tmp_path, cap
     assert capfd.readouterr().err == ""
 
 
+@pytest.mark.parametrize("digits", ["77", "7" * 400])
+def test_the_first_sentence_of_vtk_is_told_whatever_the_file_says(sound, digits, tmp_path):
+    content = (sound / "Binary-None.vtp").read_bytes()
+    (tmp_path / "a.vtp").write_bytes(content.replace(b'type="Float64"', f'type="Float{digits}"'.encode(), 1))
+    with pytest.raises(OSError, match=rf'^a.vtp cannot be read as VTP: Unknown data type "Float{digits[:170]}[7"]+$'):
+        sm.read(tmp_path / "a.vtp")
+    assert not complaint(tmp_path / "a.vtp")
+
+
 def test_a_process_that_ends_or_hangs_is_a_damaged_file(sound, monkeypatch):
     for name, seconds in (("SECONDS", 0.0), ("SECONDS", -1.0), ("BUSY_SECONDS", 0)):
         monkeypatch.undo()

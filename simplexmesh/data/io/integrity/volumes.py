@@ -94,7 +94,8 @@ def _meta_size(name: str, fields: dict[str, str]) -> int:
 def _check_length(path: Path, raw: Path, wanted: int) -> None:
     if raw.stat().st_size < wanted:
         where = "" if raw == path else f" in {raw.name}"
-        raise OSError(f"{path.name} must have {wanted:,} bytes{where}, it has {raw.stat().st_size:,}: truncated")
+        needed = f"{wanted:,}" if wanted < 1 << 64 else "more than 2^64"
+        raise OSError(f"{path.name} must have {needed} bytes{where}, it has {raw.stat().st_size:,}: truncated")
 
 
 def _unpacked_size(path: Path, start: int, stored: int, enough: int) -> int:

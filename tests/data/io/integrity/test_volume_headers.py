@@ -140,6 +140,12 @@ class TestMetaImage:
         with pytest.raises(OSError, match=r"a.mha must have \d+ bytes, it has \d+: truncated"):
             volumes.check_metaimage(path)
 
+    def test_a_size_of_many_digits_is_not_repeated(self, tmp_path):
+        path = tmp_path / "a.mha"
+        path.write_text(MHA.format("UCHAR", "").replace("DimSize = 2", "DimSize = " + "2" * 400))
+        with pytest.raises(OSError, match=r"a.mha must have more than 2\^64 bytes, it has \d+: truncated"):
+            volumes.check_metaimage(path)
+
     @pytest.mark.parametrize("skipped", ["0", "7", "-1"])
     def test_samples_beside_it_after_a_header(self, skipped, tmp_path):
         path = tmp_path / "a.mhd"
