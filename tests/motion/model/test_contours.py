@@ -44,6 +44,7 @@ def round_disk(size):
     return at_rest(disk, 600, damping=0.6, contours=pinned(rim, CIRCLE))
 
 
+@cache
 def cap(size, angle, line=None):
     """Return the surface over the unit circle that meets its plane at an angle."""
     rim = flat_disk(size)[1]
