@@ -12,7 +12,7 @@ from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices, Mask
-from simplexmesh._base.vectors import norm
+from simplexmesh._base.vectors import norm, normalized, triangle_vectors
 from simplexmesh.data.points import PointCloud
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.creases.paths import Path
@@ -69,14 +69,18 @@ class Sided(BuiltInTarget):
         of_vertex = self.face_parts[c.vertex_faces]
         part = np.where(of_vertex[:, 1] == of_vertex[:, 2], of_vertex[:, 1], of_vertex[:, 0])  # that of most faces
         owner = np.repeat(np.arange(len(c.face_sizes)), c.face_sizes)
-        _, _, triangle = Triangles(mesh.triangulated(method="fan")).closest(points)
+        surface = mesh.triangulated(method="fan")
+        _, _, triangle = Triangles(surface).closest(points)
+        outward = normalized(triangle_vectors(surface.vertices, surface.faces[triangle]))
         of_point = self.face_parts[owner[triangle]]
         ends = np.concatenate([mesh.vertices[path.steps] for path in paths])
         between = np.linspace(0, 1, 6)[:, None, None]
         lines = cKDTree(((1 - between) * ends[:, 0] + between * ends[:, 1]).reshape(-1, 3))
         clear = lines.query(points)[0] > rounded
         own = [np.flatnonzero(clear & (of_point == k)) for k in range(int(self.face_parts.max()) + 1)]
-        self.targets = {k: Points(PointCloud(points[rows])) for k, rows in enumerate(own) if len(rows) >= FEWEST}
+        self.targets = {
+            k: Points(PointCloud(points[rows], outward[rows])) for k, rows in enumerate(own) if len(rows) >= FEWEST
+        }
         self._rows = {k: np.flatnonzero(part == k) for k in self.targets}
         self._others = np.flatnonzero(~np.isin(part, list(self.targets)))
 

@@ -1,0 +1,20 @@
+"""The data of each part of a surface that creases cut."""
+
+import numpy as np
+
+import simplexmesh as sm
+from simplexmesh.motion.creases.paths import Path
+from simplexmesh.motion.creases.sides import Sided
+
+
+def test_both_sides_of_a_thin_body_keep_their_data():
+    """They are one part, and nearer to each other than the points are."""
+    ball = sm.sphere(20)
+    flat = ball.moved(ball.vertices * [1, 1, 0.03])
+    cloud = flat.triangulated().sampled(4000, rng=0)
+    edge = flat.connectivity.edge_vertices[0].astype(np.int64)
+    whole = sm.targets.Points(cloud)
+    sided = Sided(flat, [Path(0, edge, flat.vertices[edge], closed=False)], cloud.points, whole, 0.0)
+    inner = np.hypot(*flat.vertices[:, :2].T) < 0.7
+    gaps = [target.gap(flat.vertices, flat.normals, 0.2)[inner] for target in (sided, whole)]
+    assert np.abs(gaps).max() < 0.001
