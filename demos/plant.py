@@ -15,7 +15,7 @@ RADIUS, BEND = 0.07, 0.22
 
 def main(size="large"):
     """Return the scan, its primitives and its pipes."""
-    points = scan(60_000 if size == "large" else 20_000)
+    points = scan(60_000 if size == "large" else 10_000)
     return {"points": points, "scene": sm.extract_primitives(points), "plant": sm.extract_pipes(points)}
 
 

@@ -91,6 +91,9 @@ MOST_PARAMETERS = 8
 COMMANDS = {"command", "primitives", "pipes"}
 """Functions of `cli` whose parameters are the options of a command."""
 
+PACKAGES = ("", "motion/targets", "data/primitives", "plot")
+"""Folders whose `__init__` makes functions public."""
+
 SAME_DOOR = {"motion/reconstruct/pipeline.py": "simplexmesh.recognition.scans.reconstruct"}
 """Files whose functions another one makes public."""
 
@@ -242,11 +245,8 @@ def long_functions(source: str) -> list[str]:
 
 def public_names(place: str) -> set[str]:
     """The public functions and classes of a file, and its commands."""
-    found = set()
-    for package in ("", "motion/targets/", "data/primitives/", "plot/"):
-        for node in ast.walk(ast.parse((ROOT / package / "__init__.py").read_text(encoding="utf-8"))):
-            if isinstance(node, ast.ImportFrom) and node.module in {module_of(place), SAME_DOOR.get(place)}:
-                found |= {alias.name for alias in node.names}
+    imported = [each.rpartition(".") for package in PACKAGES for each in imports_of(ROOT / package / "__init__.py")]
+    found = {name for module, _, name in imported if module in {module_of(place), SAME_DOOR.get(place)}}
     return found | (COMMANDS if room(place) == "cli" else set())
 
 
@@ -325,7 +325,7 @@ def test_every_name_in_the_page_is_one_of_the_library():
     known = {part.removesuffix(".py") for path in [*files(), *TESTS.glob("*")] for part in path.parts}
     for path in files():
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            known |= {getattr(node, field, None) for field in ("name", "id", "attr", "arg", "value")} - {None}
+            known.update(each for each in vars(node).values() if isinstance(each, str))
     assert set(re.findall(r"`(\w+)`", ARCHITECTURE)) - known == set()
 
 

@@ -60,6 +60,20 @@ def fit_planes(points, near, normals, variance, projected):
             projected[i, a] = place[a] + offset * normals[i, a]
 
 
+@njit(cache=True, error_model="numpy", parallel=True)
+def fit_sides(points, near, normals, cosine, fitted):
+    """Fill normals of planes through those of `near` (n, k) whose normals are near a point's own, and on its side."""
+    for i in prange(len(near)):
+        own = row(normals, near[i, 0])
+        members = near[i][np.array([dot(own, row(normals, j)) > cosine for j in near[i]])]
+        if len(members) < 4:
+            fitted[i] = normals[near[i, 0]]
+            continue
+        fit_plane(points, members, row(points, near[i, 0]), math.inf, fitted[i])
+        if dot(row(fitted, i), own) < 0:
+            fitted[i] *= -1.0
+
+
 @njit(cache=True, error_model="numpy")
 def _fit_quadric(points, near, normal, projected, quadric_normal):
     """Fill what `fit_quadrics` fills for one point, the first of its neighbors `near` (k,)."""

@@ -13,6 +13,9 @@ from simplexmesh.numerics import _kernels_local_fits
 FEW_NEIGHBORS, MANY_NEIGHBORS = 16, 40
 NOISE_RATIO = 0.45
 
+SAME_SIDE = 0.5
+"""Least cosine between the normals of neighbors on one side: the other side of a thin wall, or of an edge, is not."""
+
 
 @dataclass(frozen=True, eq=False)
 class Planes:
@@ -73,6 +76,14 @@ def fitted(points: Array, near: Indices) -> tuple[Array, Array, Array]:
 def spacing_within(farthest: Array, count: int) -> float:
     """Return the spacing of points from the distances within which they have `count` neighbors, themselves included."""
     return float(np.median(farthest)) * np.sqrt(np.pi / count)
+
+
+def sided(points: Array, normals: Array) -> Array:
+    """Return the unit normals (n, 3) of planes through the nearest 40 neighbors on the side that rough ones tell."""
+    near = cKDTree(points).query(points, k=min(MANY_NEIGHBORS, len(points)), workers=-1)[1]
+    out = np.empty_like(normals)
+    _kernels_local_fits.fit_sides(np.ascontiguousarray(points), near, normals, SAME_SIDE, out)
+    return out
 
 
 def _fit(tree: cKDTree, places: Array, count: int) -> Planes:

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from scipy import fft, ndimage
 
 from simplexmesh._base.arrays import Array, Mask
-from simplexmesh._base.vectors import dot
-from simplexmesh.numerics.plane_fits import Planes
+from simplexmesh._base.vectors import dot, normalized
+from simplexmesh.numerics.plane_fits import Planes, sided
 from simplexmesh.orientation import _kernels_grid
 
 WALL_RADIUS = 1.6
@@ -172,12 +172,11 @@ def _transfer_function(shape: tuple[int, int, int]) -> NDArray[np.complex64]:
 
 @dataclass(frozen=True, eq=False)
 class Fixpoint:
-    """Normals that agree with their indicator, or nearly, that of the last iteration, and whether it is theirs."""
+    """Normals that agree, or nearly, with their indicator, that of the last iteration."""
 
     normals: Array
     field: Indicator
     settled: bool  # hardly any normal flipped last
-    exact: bool  # none did
 
     def spread(self, places: Array, areas: Array) -> float:
         """Return the standard deviation of the indicator at places of the surface."""
@@ -194,7 +193,7 @@ def fixpoint(problem: Poisson, normals: Array) -> Fixpoint:
         settled = bool(np.count_nonzero(wrong) < 1e-3 * len(normals))
         if settled:
             break
-    return Fixpoint(normals, field, settled, not wrong.any())
+    return Fixpoint(normals, field, settled)
 
 
 def oriented_indicator(points: Array, found: Planes, cell: float) -> Indicator:
@@ -204,6 +203,7 @@ def oriented_indicator(points: Array, found: Planes, cell: float) -> Indicator:
     them and their indicator is alike at all points, they are right. If not, what most floods say is tried as it is,
     for cavities that no coarse flood enters, and led by a coarse grid, where holes in the data close, but also thin
     walls cancel out; and normals that point away from the centroid, for open containers that all floods enter.
+    Then neighbors on the other side of walls are known, and normals are fitted again without them.
     """
     fine = Poisson.of(points, cell)
     first, common = _flooded_normals(points, found)
@@ -220,7 +220,7 @@ def oriented_indicator(points: Array, found: Planes, cell: float) -> Indicator:
         away = _opposed_to(found.normals, points.mean(axis=0) - points)
         led = [fixpoint(coarse, normals).normals for normals in (common, away)]
         best = min((best, *(fixpoint(fine, normals) for normals in (common, *led))), key=doubt)
-    return best.field if best.exact else fine.indicator(best.normals)
+    return fine.indicator(sided(points, normalized(-best.field.at(points)[1])))
 
 
 def _flooded_normals(points: Array, found: Planes) -> tuple[Array, Array]:

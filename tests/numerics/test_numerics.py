@@ -9,7 +9,24 @@ from simplexmesh.numerics._kernels_frames import tangents
 from simplexmesh.numerics._kernels_local_fits import fit_plane
 from simplexmesh.numerics._kernels_tree import within
 from simplexmesh.numerics.kd_tree import kd_tree, nearest
-from simplexmesh.numerics.plane_fits import planes, spacing_of
+from simplexmesh.numerics.plane_fits import planes, sided, spacing_of
+
+
+def test_planes_of_one_side_are_those_of_a_wall():
+    """A wall thinner than the neighborhoods, seen by normals 30 degrees off."""
+    rng, n = np.random.default_rng(0), 2000
+    outward = np.repeat([[0, 0, 1.0], [0, 0, -1.0]], n // 2, axis=0)
+    points = np.column_stack([rng.random((n, 2)), 0.05 * (outward[:, 2] > 0)])
+    turn = rng.uniform(0, 2 * np.pi, n)
+    rough = np.cos(0.5) * outward + np.sin(0.5) * np.column_stack([np.cos(turn), np.sin(turn), 0 * turn])
+    assert (np.abs(planes(points).normals[:, 2]) < 0.99).mean() > 0.1
+    np.testing.assert_allclose(sided(points, rough), outward, atol=1e-9)
+
+
+def test_a_point_alone_on_its_side_keeps_its_normal():
+    corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0.5, 0.5, 0.1]])
+    normals = np.array([[0, 0, 1.0]] * 4 + [[0, 0, -1.0]])
+    np.testing.assert_array_equal(sided(corners, normals), normals)
 
 
 @given(seed=st.integers(0, 10_000), n=st.integers(1, 300), k=st.integers(1, 9), copies=st.booleans())

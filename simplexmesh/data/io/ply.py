@@ -94,7 +94,7 @@ def _plyfile_contents(path: Path) -> Contents:
             if column.dtype == object:
                 lists[element.name] = (np.array([len(row) for row in column]), np.concatenate(list(column)))
             else:
-                lists[element.name] = (np.full(len(column), column.shape[1]), column.reshape(-1))
+                lists[element.name] = (np.full(len(column), column.shape[1]), column.ravel())
     return table, lists, _info(data)
 
 

@@ -36,7 +36,7 @@ def _subsampled(samples: SampledSurface, rows: Indices, reach: float) -> tuple[I
     """Return the vertices used, all or a random subset, and their kd-tree."""
     all_vertices = np.arange(len(samples.points))
     counts = samples.tree.query_ball_point(samples.points[rows], reach, return_length=True)
-    if not len(rows) or counts.mean() <= MAX_VERTICES:
+    if counts.mean() <= MAX_VERTICES:
         return all_vertices, samples.tree
     share = 0.5 ** np.ceil(np.log2(counts.mean() / MAX_VERTICES))  # a power of two, the same for nearby picks
     some = np.flatnonzero(np.random.default_rng(0).random(len(all_vertices)) < share)

@@ -8,7 +8,8 @@ from scipy.spatial import cKDTree
 
 from simplexmesh.cloud.pipes.chain import chain_of
 from simplexmesh.cloud.pipes.follow import run
-from simplexmesh.cloud.pipes.tracing.start import beginning
+from simplexmesh.cloud.pipes.tracing.start import _confirmed, beginning
+from simplexmesh.data.primitives import Cylinder
 from tests.cloud.pipes.lines import sampled
 
 ANY = (0.0, np.inf)
@@ -58,6 +59,17 @@ def test_a_lonely_pipe_is_found():
     turn, height = rng.uniform([0, 0], [2 * np.pi, 12], (6000, 2)).T
     points = np.stack([np.cos(turn), np.sin(turn), height], axis=1)
     assert beginning(cKDTree(points), np.array([1, 0, 6.0]), ANY, 5.0).around.radius == pytest.approx(1, abs=1e-4)
+
+
+@pytest.mark.parametrize("along", [-30.0, 0.3, 30.0])
+def test_where_on_the_axis_a_cylinder_is_said_to_be_does_not_matter(along):
+    rng = np.random.default_rng(0)
+    turn, height = rng.uniform([0, 0], [2 * np.pi, 12], (3000, 2)).T
+    tree = cKDTree(np.stack([np.cos(turn), np.sin(turn), height], axis=1))
+    given = Cylinder(np.array([0.02, 0, along]), np.array([0, 0, 1.0]), 1.05)
+    found = _confirmed(tree, np.array([1, 0, 6.0]), given, ANY, np.inf)
+    assert found.radius == pytest.approx(1, abs=1e-4)
+    np.testing.assert_allclose(found.point, [0, 0, 6], atol=1e-3)
 
 
 def smooth_body(count):

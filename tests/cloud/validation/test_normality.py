@@ -7,6 +7,7 @@ import pytest
 from scipy.stats import kstest, kstwo, norm
 
 from simplexmesh.cloud.validation.normality import (
+    LAW,
     estimated_law,
     kolmogorov_test,
     largest_difference,
@@ -46,6 +47,13 @@ def test_levels_of_the_table_of_estimated_laws():
     for level, value in ESTIMATED.items():
         assert estimated_law(value + 0.02) < level < estimated_law(value) * 1.001
     assert estimated_law(0.995) < 0.02
+
+
+def test_beyond_the_table_the_law_goes_on_as_it_ends():
+    """The logarithm is linear in the square of the statistic, from the last but one row on."""
+    before, last = LAW[-2:, 0] ** 2
+    beyond = np.sqrt(2 * last - before)
+    assert estimated_law(beyond) == pytest.approx(LAW[-1, 1] ** 2 / LAW[-2, 1], rel=1e-9)
 
 
 def test_law_falls_from_one_to_nothing():

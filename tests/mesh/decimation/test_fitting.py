@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 
 from simplexmesh.mesh.decimation import _kernels_fitting as kernels
-from simplexmesh.mesh.decimation.fitting import _shares, faces_of
+from simplexmesh.mesh.decimation.fitting import FittedMesh, SurfaceSamples, _shares, faces_of
 from tests.mesh.decimation.reference import shaken
 from tests.mesh.operators.test_editing import MESHES
 
@@ -26,6 +26,34 @@ def test_the_closest_point_of_a_triangle_is_that_of_libigl(seed):
     squared, _, closest = igl.point_mesh_squared_distance(p[None], corners, np.array([[0, 1, 2]]))
     assert_allclose(found, squared[0])
     assert_allclose(np.array([1 - sum(weights), *weights]) @ corners, closest[0], atol=1e-9)
+
+
+@settings(max_examples=5)
+@given(seeds)
+def test_the_closest_points_of_a_rim_are_those_of_all_its_edges(seed):
+    mesh, rng = shaken(MESHES["plane"], seed), np.random.default_rng(seed)
+    f, v = faces_of(mesh.connectivity), mesh.vertices
+    rim = np.flatnonzero(f.hole[f.owner])
+    places = kernels.Locations(rng.choice(rim, 20).astype(np.int32), np.zeros((20, 3)))
+    samples = v[f.vertices[places.corner]] + 0.3 * rng.normal(size=(20, 3))
+    kernels.locate_on_rim(v, f, samples, places)
+    start, edge = v[f.vertices[rim]], v[f.ahead[rim]] - v[f.vertices[rim]]
+    share = ((samples[:, None] - start) * edge).sum(axis=2) / (edge**2).sum(axis=1)
+    away = start + share.clip(0, 1)[:, :, None] * edge - samples[:, None]
+    ends = v[f.vertices[places.corner]], v[f.ahead[places.corner]]
+    there = sum(places.weights[:, k, None] * end for k, end in enumerate(ends))
+    assert_allclose(np.linalg.norm(there - samples, axis=1), np.linalg.norm(away, axis=2).min(axis=1))
+
+
+@pytest.mark.parametrize("name", ["plane", "torus with holes"])
+def test_samples_of_rims_start_on_edges_between_their_face_and_their_hole(name):
+    mesh = MESHES[name]
+    faces, surface = len(mesh.connectivity.face_sizes), SurfaceSamples.of(mesh)
+    alone = np.arange(faces, dtype=np.int32)
+    fit = FittedMesh(surface, mesh, alone, np.zeros((faces, 3)), np.ones(mesh.n_vertices, bool))
+    f, corner = fit._faces, fit._rim_locations.corner
+    assert_array_equal(f.owner[corner], surface.rim_holes)
+    assert_array_equal(f.owner[f.across[corner]], surface.rim_faces)
 
 
 def problem(mesh, seed):

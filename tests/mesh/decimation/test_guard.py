@@ -82,6 +82,17 @@ def test_penalties_equal_the_naive_reference(name, seed, size):
             assert (guard.local_penalty(g, i, BOUNDS, most) > most) == (total > most)
 
 
+def test_candidates_are_means_of_neighbors_and_steps_both_ways_along_all_axes():
+    mesh = shaken(MESHES["sphere"], 0, 0.3)
+    _, g = moving(mesh)
+    start, best, size = tuple(mesh.vertices[5]), (1.0, 2.0, 3.0), 0.7
+    found = np.array([guard.candidate(g, 5, k, start, best, size) for k in range(guard.N_CANDIDATES)])
+    middle = mesh.vertices[mesh.neighbors[5]].mean(axis=0)
+    assert_allclose(found[:2], [middle, (middle + start) / 2], atol=1e-12)
+    steps = np.kron([[guard.LARGE_STEP], [guard.SMALL_STEP]], np.kron(np.eye(3), [[1], [-1]]))
+    assert_allclose(found[2:], best + size * steps, atol=1e-12)
+
+
 def test_triangles_without_area_count_as_reversed():
     ball = shapes.sphere(3)
     point, c = ball.moved(np.ones_like(ball.vertices)), ball.connectivity

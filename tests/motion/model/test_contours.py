@@ -225,7 +225,9 @@ class TestSurface:
         height = (1 - np.sqrt(1 - curvature**2)) / curvature
         assert_allclose(out.vertices[np.abs(out.vertices[:, 2]).argmax(), 2], height, rtol=0.02)
 
-    def cap(self, size, angle, line=None):
+    @staticmethod
+    @cache
+    def cap(size, angle, line=None):
         rim = flat_disk(size)[1]
         line = rim.reversed() if line is None else line
         return at_rest(round_disk(size), rigidity=4, contours=[pinned(rim, CIRCLE), smooth(line, tangent=angle)])

@@ -162,5 +162,5 @@ def test_vertices_do_not_pile_up_on_an_acute_rim_that_noise_blurs():
     model = sm.reconstruct(points, vertices=4000, creases="none")
     away = from_frustum(model.mesh.vertices) / np.linalg.norm(np.ptp(points, axis=0))
     assert away.mean() < 0.001  # 0.002 when they do, 0.0005 when not
-    assert (away > 0.01).mean() < 0.005  # 4 %
+    assert (away > 0.01).mean() < 0.01  # 4 %, 0 to 0.6 %
     assert model.strayed == 0

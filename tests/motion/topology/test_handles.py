@@ -11,7 +11,7 @@ import simplexmesh as sm
 from simplexmesh.mesh.face_geometry import face_areas
 from simplexmesh.mesh.operators.cut_join import together
 from simplexmesh.mesh.operators.face_sizing import resized_faces
-from simplexmesh.motion.topology.handles import add_handles, face_frame
+from simplexmesh.motion.topology.handles import _resampled, add_handles, face_frame
 
 
 def capped(ball, *caps):
@@ -228,3 +228,10 @@ class TestResizedFaces:
         out = resized_faces(OPPOSITE, wanted)
         assert out.mesh.n_holes == 2
         assert out.mesh.n_faces > 1.5 * OPPOSITE.n_faces
+
+
+def test_outlines_are_compared_at_equal_steps():
+    square = 0.2 * np.array([[0.0, 0, 1], [2, 0, 1], [2, 2, 1], [0, 2, 1]])
+    there = _resampled(square, 8)
+    np.testing.assert_allclose(there[::2], square)
+    np.testing.assert_allclose(there[1::2], (square + np.roll(square, -1, axis=0)) / 2)

@@ -19,7 +19,7 @@ from simplexmesh.motion.model.contours import rims_of
 from simplexmesh.motion.model.state import mean_edge
 from simplexmesh.motion.reconstruct.conversion import as_input
 from simplexmesh.motion.targets.borders import border_of_points, boundary_criteria
-from simplexmesh.motion.topology.face_regions import cuttable, face_components, with_holes_beside
+from simplexmesh.motion.topology.face_regions import _around, cuttable, face_components, with_holes_beside
 from simplexmesh.motion.topology.holes import open_holes
 from simplexmesh.numerics.plane_fits import fitted
 from tests.motion.targets import reference as reference
@@ -300,6 +300,18 @@ def test_a_zone_is_repaired_at_its_edge_only():
     assert fixed is not None
     assert len(face_components(c, fixed)) == 1
     assert np.count_nonzero(fixed != zone) < 0.1 * zone.sum()
+
+
+def test_a_zone_grows_by_what_lies_between_it_or_else_all_around():
+    ball = sm.sphere(6)
+    c = ball.connectivity
+    first, second = c.edge_faces[0]
+    both = set(c.vertex_faces[c.edge_vertices[0]].ravel().tolist()) - {first, second}
+    zone = np.isin(np.arange(ball.n_faces), [first, second])
+    assert set(np.flatnonzero(_around(c, zone)).tolist()) == both
+    zone[second] = False
+    beside = {face for pair in c.edge_faces.tolist() if first in pair for face in pair} - {first}
+    assert set(np.flatnonzero(_around(c, zone)).tolist()) == beside
 
 
 class TestBorders:

@@ -106,6 +106,16 @@ def test_what_touches_is_near_and_faces_the_other_part():
     assert occlude._contact(part, flat(NONE, UP), turned, LIMITS)[0].tolist() == [False, False, False, True, False]
 
 
+@pytest.mark.parametrize("over", [0.5, 2.0])
+def test_what_is_deeper_than_allowed_by_more_than_the_search_resolves_is_told(over, recwarn):
+    depth = LIMITS.penetration + over * occlude.LIMIT_TOLERANCE * LIMITS.tolerance
+    part = flat([[0, 0, -depth]], -UP)
+    part.diagonal = 1.0
+    found = occlude._result(part, flat(NONE, UP), np.eye(4), LIMITS, 0.0)
+    assert_allclose(found.penetration, depth)
+    assert any("penetrates target" in str(each.message) for each in recwarn) == (over > 1)
+
+
 class TestDistances:
     moving = flat([[0, 0, 0], [3, 1, 0.2], [1, 2, 0.9], [0, 1, -0.4]], -UP, areas=[1.0, 2, 3, 4])
     fixed = flat([[0, 0, 0], [1, 1, 0.1], [2, 0, -2.0]], UP)

@@ -8,13 +8,16 @@ import numpy as np
 import pytest
 import pyvista as pv
 from numpy.testing import assert_allclose, assert_array_equal
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components, dijkstra
 
 import simplexmesh as sm
 from simplexmesh.mesh import manifold
 from simplexmesh.surface.features.lines import _kernels_normals
 from simplexmesh.surface.features.lines._kernels_chains import chains
+from simplexmesh.surface.features.lines._kernels_parts import parts
 from simplexmesh.surface.features.lines._kernels_patches import patches
-from simplexmesh.surface.features.lines.edges import Edges
+from simplexmesh.surface.features.lines.edge_sets import Edges
 from simplexmesh.surface.features.lines.facets import measured
 from simplexmesh.surface.features.lines.invariants import shape_invariant, straight
 from simplexmesh.surface.features.lines.normals import within_zones
@@ -55,6 +58,20 @@ class TestChains:
         none = np.zeros(len(edges.ends), bool)
         offsets, found, vertices = chains(edges.ends, *edges._around, none, edges.degrees(none))
         assert (offsets.tolist(), found.tolist(), vertices.tolist()) == ([0], [], [])
+
+
+@pytest.mark.parametrize("body", BODIES)
+def test_the_cheapest_paths_are_those_of_scipy(body):
+    edges, rng = Edges(facets_of(body)), np.random.default_rng(0)
+    costs, usable = rng.uniform(0.1, 1.0, len(edges.ends)), rng.random(len(edges.ends)) < 0.8
+    n = body.n_vertices
+    graph = coo_array((costs[usable], edges.ends[usable].T), (n, n))
+    away = dijkstra(graph, directed=False, indices=0)
+    for goal in range(1, n, 7):
+        path = edges.path(0, [goal], usable, costs)
+        assert usable[path].all()
+        assert np.isinf(away[goal]) == (not path)
+        assert not path or costs[path].sum() == pytest.approx(away[goal])
 
 
 def lines_of(edges, degrees):
@@ -213,3 +230,28 @@ def test_normals_within_zones_do_not_see_beyond_a_sharp_edge():
     body = facets_of(box)._replace(noise=np.full(box.n_faces, 0.05))
     labels = np.unique(body.normals.round(), axis=0, return_inverse=True)[1].ravel()
     assert_allclose(within_zones(body, labels, np.arange(len(labels))), body.normals, atol=1e-12)
+
+
+@pytest.mark.parametrize("body", BODIES)
+def test_weights_are_gaussian_in_the_mean_distance(body):
+    facets = facets_of(body)
+    everywhere = np.arange(body.n_faces)
+    offsets, members = patches(facets.faces, body.n_vertices, facets.centers, np.zeros(body.n_faces), everywhere)
+    found = np.empty(len(members))
+    _kernels_normals.fill_weights(offsets, members, facets.centers, facets.areas, found)
+    for t, (i, j) in enumerate(pairwise(offsets)):
+        apart = np.linalg.norm(facets.centers[members[i:j]] - facets.centers[t], axis=1)
+        areas = facets.areas[members[i:j]]
+        width = np.average(apart, weights=areas)
+        assert_allclose(found[i:j], areas * np.exp(-((apart / width) ** 2) / 2), rtol=1e-12)
+
+
+@pytest.mark.parametrize("body", BODIES)
+def test_parts_are_those_of_the_graph_of_triangles(body):
+    edges = Edges(facets_of(body))
+    chosen = np.random.default_rng(0).random(len(edges.halves)) < 0.6
+    one, two = edges.sides[~chosen].T
+    links = coo_array((np.ones(len(one)), (one, two)), (body.n_faces, body.n_faces))
+    expected = connected_components(links, directed=False)[1]
+    assert expected.max() > 3
+    assert_array_equal(parts(edges.facets.mates, edges.halved(chosen)), expected)

@@ -7,6 +7,7 @@ import pytest
 import pyvista as pv
 from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
+from skimage.measure import marching_cubes
 
 import simplexmesh as sm
 from simplexmesh.data.conversion import as_triangles
@@ -231,6 +232,23 @@ class TestAngle:
             sm.feature_lines(CUBE, angle=angle)
 
 
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_slivers_of_marching_cubes_are_none_of_the_shape(seed):
+    at = (
+        np.stack(np.meshgrid(*[np.linspace(-2, 2, 50)] * 3, indexing="ij"), axis=-1)
+        @ Rotation.random(rng=seed).as_matrix()
+    )
+    out = np.abs(at) - [1, 0.8, 0.7]
+    box = np.linalg.norm(np.maximum(out, 0), axis=-1) + np.minimum(out.max(axis=-1), 0)
+    vertices, faces, _, _ = marching_cubes(np.maximum(box, 0.45 - np.hypot(at[..., 0], at[..., 1])), 0.0)
+    network = sm.feature_lines((vertices * 4 / 49, faces))
+    assert len(network.nodes) == 8
+    assert sorted(line.closed for line in network.lines) == [False] * 12 + [True] * 2
+    assert sm.zones(network.mesh, network).kinds.count("plane") == 6
+    length = 2 * np.pi * 0.45 * 2 + 8 * (1 + 0.8 + 0.7)
+    assert sum(line.length for line in network.lines) == pytest.approx(length, rel=0.02)
+
+
 class TestGivenTriangles:
     def test_an_edge_of_three_is_refused_and_named(self):
         wing = np.concatenate([CUBE.faces, [[*CUBE.faces[0, :2], CUBE.n_vertices]]])
@@ -256,3 +274,11 @@ class TestGivenTriangles:
         network = sm.feature_lines(soup)
         assert len(network.lines) == 12
         assert network.mesh.n_vertices == CUBE.n_vertices
+
+
+def test_arrays_of_a_network_are_read_only():
+    network = sm.feature_lines(pv.Cube().triangulate().clean())
+    assert len(network.node_vertices) == 8
+    for array in (network.node_vertices, network.nodes, network.lines[0].points):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0

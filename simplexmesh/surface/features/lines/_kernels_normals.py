@@ -24,6 +24,22 @@ def fill_means(offsets, members, areas, normals, means, spreads):
         spreads[t] = 1.0 - length / total if total > 0 else 1.0
 
 
+@njit(cache=True, error_model="numpy", parallel=True)
+def fill_weights(offsets, members, centers, areas, weights):
+    """Fill the weights of the members of each patch: areas, less by a Gaussian as wide as the mean distance."""
+    for t in prange(len(offsets) - 1):
+        total = width = 0.0
+        for k in range(offsets[t], offsets[t + 1]):
+            square = 0.0
+            for axis in range(3):
+                square += (centers[members[k], axis] - centers[t, axis]) ** 2
+            weights[k] = math.sqrt(square)
+            width, total = width + weights[k] * areas[members[k]], total + areas[members[k]]
+        width = max(width / max(total, 1e-300), 1e-300)
+        for k in range(offsets[t], offsets[t + 1]):
+            weights[k] = areas[members[k]] * math.exp(-0.5 * (weights[k] / width) ** 2)
+
+
 @njit(cache=True, error_model="numpy")
 def _guide(patch, spreads, least_gain):
     """Return the triangle of a patch whose own patch is the most consistent; the first unless that gains enough."""

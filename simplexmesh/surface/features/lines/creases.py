@@ -10,7 +10,7 @@ import numpy as np
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.surface.features.lines import _kernels_jumps
-from simplexmesh.surface.features.lines.edges import Chains, Edges
+from simplexmesh.surface.features.lines.edge_sets import Chains, Edges
 from simplexmesh.surface.features.lines.normals import sampled, within_zones
 
 DEFAULT_ANGLE = np.radians(10)

@@ -12,6 +12,12 @@ from simplexmesh._base.vectors import cross, norm
 SIMPLIFIED = 0.68
 """Mean quality of triangles: that of scans is more, also with noise of a third of an edge, of simplified ones less."""
 
+EVEN = 0.6
+"""Mean quality of triangles of the shapes that scanners make, those of programs have less."""
+
+UNEVEN = 0.3
+"""Spread of the longest sides of triangles: scans and surfaces through grids have half of it, simplified ones more."""
+
 KNOWN = 0.25
 """In radians, the deviation of normals in the mean over the surface: those of small triangles with noise have more."""
 
@@ -55,10 +61,25 @@ class Facets(NamedTuple):
     simplified: bool
     """Whether triangles are as large as the shape lets them be, so that neighbors tell little of their normals."""
 
+    uniform: bool
+    """Whether slivers are those of a grid, as of marching cubes: all triangles are about as long."""
+
     @property
     def qualities(self) -> Array:
         """(t,): 1 if equilateral, 0 if without area."""
         return 4 * np.sqrt(3) * self.areas / np.maximum((self.sides**2).sum(axis=1), 1e-300)
+
+    @property
+    def longest(self) -> Array:
+        """(t,): the longest sides."""
+        return np.maximum(np.maximum(self.sides[:, 0], self.sides[:, 1]), self.sides[:, 2])
+
+    @property
+    def spread(self) -> float:
+        """The standard deviation of the longest sides over the area, in their mean."""
+        longest = self.longest
+        mean = self.areas @ longest / max(self.areas.sum(), 1e-300)
+        return float(np.sqrt(self.areas @ (longest - mean) ** 2 / max(self.areas.sum(), 1e-300)) / max(mean, 1e-300))
 
     @property
     def tilts(self) -> Array:
@@ -77,8 +98,10 @@ class Facets(NamedTuple):
         """Return them with what the noise of their vertices and the scales (t,) around them tell."""
         variances = noise**2 * self.tilts**2
         known = np.sqrt(variances) @ self.areas < KNOWN * self.areas.sum()
-        simplified = bool(known and self.creased and self.qualities.mean() < SIMPLIFIED)
-        return self._replace(scales=scales, variances=variances, noise=noise, simplified=simplified)
+        quality, uneven = self.qualities.mean(), self.spread > UNEVEN
+        simplified = bool(known and quality < SIMPLIFIED and uneven and self.creased)
+        out = self._replace(scales=scales, variances=variances, noise=noise, simplified=simplified)
+        return out._replace(uniform=bool(quality >= EVEN and not uneven))
 
 
 def measured(vertices: Array, faces: Indices, mates: Indices) -> Facets:
@@ -90,4 +113,4 @@ def measured(vertices: Array, faces: Indices, mates: Indices) -> Facets:
     normals = vectors / np.where(doubled > 0, doubled, 1.0)[:, None]
     unknown = np.zeros(len(faces))
     told = sides, doubled / 2, normals, corners.mean(axis=1), unknown, unknown, unknown
-    return Facets(vertices, faces, mates, *told, simplified=False)
+    return Facets(vertices, faces, mates, *told, simplified=False, uniform=False)

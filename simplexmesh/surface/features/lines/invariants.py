@@ -6,7 +6,7 @@ import numpy as np
 
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import dot, norm
-from simplexmesh.surface.features.lines.edges import Edges
+from simplexmesh.surface.features.lines.edge_sets import Edges
 
 
 def shape_invariant(edges: Edges, bends: Array) -> Array:

@@ -18,7 +18,7 @@ from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.surface.features import exporting
 from simplexmesh.surface.features.lines import walking
 from simplexmesh.surface.features.lines.creases import Creases
-from simplexmesh.surface.features.lines.edges import Chains
+from simplexmesh.surface.features.lines.edge_sets import Chains
 from simplexmesh.surface.features.lines.placing import placed
 from simplexmesh.surface.polyline import Polyline
 

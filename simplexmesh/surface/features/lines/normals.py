@@ -10,7 +10,7 @@ from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import norm, normalized
 from simplexmesh.surface.features.lines import _kernels_normals
 from simplexmesh.surface.features.lines._kernels_patches import patches
-from simplexmesh.surface.features.lines.facets import Facets, measured
+from simplexmesh.surface.features.lines.facets import EVEN, Facets, measured
 from simplexmesh.surface.features.lines.noise import vertex_noise
 
 PATCH = 5.0
@@ -26,10 +26,7 @@ PURE = 0.05
 """How much the normals of patches that guide others may differ on simplified surfaces, beside what noise explains."""
 
 EXACT = 0.005
-"""In radians: normals known to a third of a degree need no neighbors ..."""
-
-EVEN = 0.6
-"""... where triangles are of the shapes that programs make, not scanners: the mean quality around, 1 if equilateral."""
+"""In radians: normals known to a third of a degree need no neighbors where triangles are not as scanners make them."""
 
 FLAT = 1e-3
 """In radians: triangles of files in single precision are in one plane to that."""
@@ -48,8 +45,8 @@ def sampled(vertices: Array, faces: Indices, mates: Indices) -> tuple[Facets, Ar
     owner, counts = np.repeat(np.arange(len(faces)), np.diff(ring[0])), np.diff(ring[0])
     scales = np.sqrt(4 / np.sqrt(3) * np.bincount(owner, facets.areas[ring[1]]) / counts)
     facets = facets.seen(noise, scales)
-    even = np.bincount(owner, facets.qualities[ring[1]]) / counts >= EVEN
-    height = 2 * facets.areas / np.maximum(facets.sides.max(axis=1), 1e-300)
+    even = facets.uniform | (np.bincount(owner, facets.qualities[ring[1]]) / counts >= EVEN)
+    height = 2 * facets.areas / np.maximum(facets.longest, 1e-300)
     exact = (~even | _in_planes(facets, *ring)) & (np.sqrt(2) * noise < EXACT * height)
     around = patches(faces, len(vertices), facets.centers, PATCH * noise, everywhere) if noise.any() else ring
     return facets, _filtered(facets, exact, *around), exact
@@ -58,8 +55,8 @@ def sampled(vertices: Array, faces: Indices, mates: Indices) -> tuple[Facets, Ar
 def _in_planes(facets: Facets, offsets: Indices, members: Indices) -> Mask:
     """Return which triangles (t,) are in one plane with those next to them, and so on to one whose whole patch is.
 
-    Those in one plane with others also count where no such patch is near, and all of them where none is at all, in
-    meshes of few triangles without noise.
+    Those in one plane with others also count where no such patch is near, unless a grid may have made them, and all
+    where none is at all, in meshes of few triangles without noise.
     """
     means, spreads = np.empty_like(facets.normals), np.empty(len(facets.normals))
     _kernels_normals.fill_means(offsets, members, facets.areas, facets.normals, means, spreads)
@@ -73,20 +70,19 @@ def _in_planes(facets: Facets, offsets: Indices, members: Indices) -> Mask:
     for _ in range(2):
         near = np.bincount(owner, near[members]) > 0
     coarse = not pure.any() and float(facets.noise.mean()) < FLAT * float(facets.scales.mean())
-    alone: Mask = ((np.bincount(labels)[labels] > 1) | coarse) & ~near
+    paired = np.zeros(len(pure), bool) if facets.uniform else np.bincount(labels)[labels] > 1
+    alone: Mask = (paired | coarse) & ~near
     return alone | (np.bincount(labels, pure)[labels] > 0)
 
 
 def _filtered(facets: Facets, exact: Mask, offsets: Indices, members: Indices) -> Array:
     """Return normals (t, 3) averaged over patches of triangles with normals alike, but for exact ones."""
-    owner = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
-    apart = norm(facets.centers[members] - facets.centers[owner])
-    areas = facets.areas[members]
-    width = np.bincount(owner, apart * areas) / np.maximum(np.bincount(owner, areas), 1e-300)
-    weights = areas * np.exp(-0.5 * (apart / np.maximum(width[owner], 1e-300)) ** 2)
+    weights = np.empty(len(members))
+    _kernels_normals.fill_weights(offsets, members, facets.centers, facets.areas, weights)
     alike = 0.1 + 0.85 * facets.noise / np.sqrt((facets.scales**2).mean())
     limits = np.ones(len(facets.faces))
     if facets.simplified:
+        owner, areas = np.repeat(np.arange(len(limits)), np.diff(offsets)), facets.areas[members]
         explained = np.bincount(owner, areas * facets.variances[members])
         limits = PURE + 4 * explained / np.maximum(np.bincount(owner, areas), 1e-300)
     normals, averaged = facets.normals.copy(), np.empty_like(facets.normals)

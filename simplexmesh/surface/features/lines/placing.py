@@ -7,7 +7,7 @@ import numpy as np
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import norm
 from simplexmesh.surface.features.lines.creases import Creases
-from simplexmesh.surface.features.lines.edges import Chains
+from simplexmesh.surface.features.lines.edge_sets import Chains
 
 HOLD = 0.05
 """Weight with which a vertex keeps its place along a line, where nothing else holds it."""

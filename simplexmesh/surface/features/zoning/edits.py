@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from simplexmesh._base.arrays import Array, Indices, Mask
-from simplexmesh.surface.features.lines.edges import Edges
+from simplexmesh.surface.features.lines.edge_sets import Edges
 
 MOST_SWEEPS = 100
 """Of smoothing; each shortens the boundaries, and few are needed."""

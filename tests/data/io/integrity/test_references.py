@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import simplexmesh as sm
+from simplexmesh.data.io.integrity.headers import _LONGEST, metaimage_header
 
 VALUES = np.arange(8, dtype=np.uint8)
 MHD = "NDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\n"
@@ -25,6 +26,15 @@ def folder(tmp_path):
     (inner / "LoCaL").symlink_to(tmp_path / "secret.raw")
     (inner / "d1.raw").symlink_to(tmp_path / "secret.raw")
     return inner
+
+
+def test_a_list_of_files_is_read_unless_it_has_no_end(tmp_path):
+    path = tmp_path / "a.mhd"
+    path.write_text(MHD + "ElementDataFile = LIST\na.raw\nb.raw\n")
+    assert metaimage_header(path)[1] == ["a.raw", "b.raw"]
+    path.write_text(MHD + "ElementDataFile = LIST\n" + "a.raw\n" * (_LONGEST // 6 + 1))
+    with pytest.raises(OSError, match=r"^a.mhd has a header of more than 4,194,304 bytes$"):
+        metaimage_header(path)
 
 
 @pytest.mark.parametrize(

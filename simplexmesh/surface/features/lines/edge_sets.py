@@ -9,12 +9,11 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import connected_components
 
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import norm
 from simplexmesh.surface.features.lines import _kernels_chains
+from simplexmesh.surface.features.lines._kernels_parts import parts
 from simplexmesh.surface.features.lines.facets import Facets
 
 
@@ -131,10 +130,8 @@ class Edges:
 
     def zones(self, chosen: Mask) -> Indices:
         """Return labels (t,) of the parts of the surface between edges."""
-        n = len(self.facets.faces)
-        one, two = self.sides[~chosen].T
-        links = csr_matrix((np.ones(len(one), bool), (one, two)), (n, n))
-        return np.asarray(connected_components(links, directed=False)[1], np.int64)
+        found: Indices = parts(self.facets.mates, self.halved(chosen))
+        return found
 
     def chains(self, chosen: Mask, nodes: Mask | None = None) -> Chains:
         """Return the lines that edges form, from node to node, then the closed ones.
@@ -249,8 +246,11 @@ class Edges:
             if cost > reached[vertex]:
                 continue
             for edge in self.at(vertex):
-                other, more = self.other(edge, vertex), cost + float(costs[edge])
-                if usable[edge] and more <= most and more < reached.get(other, np.inf):
+                more = cost + float(costs[edge])
+                if not usable[edge] or more > most:
+                    continue
+                other = self.other(edge, vertex)
+                if more < reached.get(other, np.inf):
                     reached[other], came[other] = more, edge
                     heapq.heappush(queue, (more, other))
         return reached, came
