@@ -36,7 +36,7 @@ def adjusted(scans: Sequence[OrientedPoints], poses: Array) -> Array:
         points = np.concatenate([s.points @ T[:3, :3].T + T[:3, 3] for s, T in zip(scans, poses, strict=True)])
         normals = np.concatenate([s.normals @ T[:3, :3].T for s, T in zip(scans, poses, strict=True)])
         square, right = _normal_equations(points, normals, owner, len(scans))
-        x = np.linalg.lstsq(square, -right, rcond=RANK_TOLERANCE)[0]
+        x = np.asarray(np.linalg.lstsq(square, -right, rcond=RANK_TOLERANCE)[0], np.float64)
         poses = np.concatenate([poses[:1], motions(x.reshape(-1, 6)) @ poses[1:]])
         if norm(x) < STEP_TOLERANCE:
             break
