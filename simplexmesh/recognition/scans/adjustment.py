@@ -21,7 +21,7 @@ from simplexmesh.recognition.register.oriented_points import OrientedPoints, nei
 from simplexmesh.recognition.scans.pose_graph import motions
 
 MOST_STEPS = 5
-"""Steps: more move poses by less than their error."""
+"""Steps, bounded for their time: from a start that is two degrees off, a third of a degree is left."""
 
 ALIKE = 6
 """Power of the share of neighbors that face the same way, by which a point counts: where surfaces bend sharply, scans
