@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from io import BytesIO
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from simplexmesh.data.points import PointCloud
 from simplexmesh.data.volume import Volume
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.plot.camera import looked_at, upright
-from simplexmesh.plot.color_scale import scale, titled
+from simplexmesh.plot.color_scale import PALETTE, scale, titled
 from simplexmesh.plot.features import features
 from simplexmesh.plot.heat import heat
 from simplexmesh.plot.overlay import COLORS
@@ -168,7 +169,7 @@ def thumbnail(*shown: Any, values: ArrayLike | None = None) -> bytes:
     elif len(shown) == 1:
         surface(shown[0], plotter=plotter)
     else:
-        for one, color in zip(shown, COLORS, strict=True):
+        for one, color in zip(shown, cycle((*COLORS, *PALETTE)), strict=False):
             add(plotter, geometry(one)[0], SURFACE_LIT, color=color)
     looked_at(plotter, None, up=upright(as_drawable(shown[-1]), "auto"))
     out = BytesIO()

@@ -99,6 +99,37 @@ def test_registrations_tell_the_motion():
     assert min(orange.sum(), blue.sum()) > 100  # the end of the source, and the target
 
 
+def test_scans_are_shown_together_each_in_its_color():
+    egg = sm.ellipsoid((3, 2, 1), 20).vertices
+    egg = egg + 0.1 * egg**2
+    parts = [egg[egg[:, 0] < 1], egg[egg[:, 0] > -1] + [50, 0, 0], egg[egg[:, 1] < 0.5] - [0, 50, 0]]
+    found = sm.register_all(parts)
+    html = found._repr_html_()
+    for text in ("3 scans", f"{len(found.edges)} agree, 0 contradict", f"{found.residuals.max():.3g}", "none"):
+        assert f"<td>{text}</td>" in html
+    pixels = picture(html)[..., :3].astype(int)
+    red, green, blue = np.moveaxis(pixels, -1, 0)
+    for share in (green - blue, blue - red, red - 2 * green + blue):  # orange, blue and red have most of one each
+        assert (share > 30).sum() > 100
+    inked = np.flatnonzero((pixels < 235).any(axis=2).any(axis=0))
+    assert len(inked) == np.ptp(inked) + 1  # no gap: they lie where they belong
+
+
+def test_signatures_are_gray_where_nothing_was_seen():
+    egg = sm.sphere(16).vertices * [3, 2, 1]
+    seen = sm.sai(egg, 6)
+    half = sm.SAI(6, seen.mesh, seen.mesh.vertices[:, 2] > 0)
+    html = half._repr_html_()
+    for text in ("sphere, 6", "720", f"{half.visible_fraction:.0%}", f"{half.area:.4g}"):
+        assert f"<td>{text}</td>" in html
+    assert f"{np.degrees(np.median(half.angles)):.1f}" in html
+    gray, none = (
+        ((np.ptp(pixels, axis=2) < 8) & (pixels[..., 0] < 235)).sum()
+        for pixels in (picture(sai._repr_html_())[..., :3] for sai in (half, seen))
+    )
+    assert gray > none + 500
+
+
 def test_text_is_escaped():
     assert card("<b>", {"a": "<script>"}) == (
         "<table><caption><b>&lt;b&gt;</b></caption><tr><th align='left'>a</th><td>&lt;script&gt;</td></tr></table>"

@@ -1,6 +1,7 @@
-"""What comparing signatures costs, in ratios to the same sums in NumPy run in the same process.
+"""What comparing signatures costs, in ratios to the same sums in NumPy run in the same process, and what they find.
 
-Run with `python tests/benchmarks/bench_match.py`; half a minute. A table is printed in Markdown.
+Run with `python tests/benchmarks/bench_match.py`; a quarter of an hour. Tables are printed in Markdown. Bodies and
+views by one camera are those of `bench_register_bodies.py`.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from simplexmesh.recognition.sai.match import rotation_differences
 from simplexmesh.recognition.sai.partial_signatures import Signature
 from simplexmesh.recognition.sai.rotations import rotations
 from simplexmesh.recognition.sai.sphere_domain import sphere_domain
+from tests.benchmarks.bench_register_bodies import body, case
 from tests.recognition import reference as reference
 
 
@@ -76,6 +78,22 @@ def whole_steps() -> None:
         print(f"| {frequency} | {spent:.2f} ({used:.2f}) | {1e3 * best(lambda: sm.match(other, one)):.0f} |")  # noqa: B023
 
 
+def bodies(runs: int = 10) -> None:
+    """Match signatures of bodies, and of views of them, turned at random, in degrees from the truth."""
+    for views in (False, True):
+        print(f"\n| {'view' if views else 'body'} | runs | median | 95 % | largest | first within 5 | one of 20 in 8 |")
+        for name in ("spot", "lion_head", "mannequin", "elephant", "kitten"):
+            triangles, rng, first, least = body(name), np.random.default_rng(0), [], []
+            for _ in range(runs):
+                source, target, T, _ = case(triangles, views, rng)
+                found = sm.match(sm.sai(source), sm.sai(target), best=20 if views else 1)
+                angles = [reference.angle(each.T_target_source[:3, :3], T[:3, :3]) for each in found]
+                first, least = [*first, angles[0]], [*least, min(angles)]
+            middle, most = np.quantile(first, [0.5, 0.95])
+            shares = f"{np.mean(np.array(first) < 5):.0%} | {np.mean(np.array(least) < 8):.0%}"
+            print(f"| {name} | {runs} | {middle:.2f} | {most:.2f} | {max(first):.2f} | {shares} |", flush=True)
+
+
 PATCHES = {"kitten.xyz": "torus", "knot1.off": "torus", "fran_face.vtk": "plane", "part_scan.ply": "plane"}
 
 
@@ -122,3 +140,5 @@ if __name__ == "__main__":
     searches()
     whole_steps()
     other_topologies()
+    if "SIMPLEXMESH_DATA" in os.environ:
+        bodies()

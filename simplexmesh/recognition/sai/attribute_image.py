@@ -13,6 +13,7 @@ import numpy as np
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Mask
 from simplexmesh._base.drafts import draft
+from simplexmesh._base.html import card
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.recognition.sai.flat_domains import TOPOLOGIES, FlatDomain, domain
 from simplexmesh.recognition.sai.sphere_domain import SphereDomain, checked_frequency
@@ -90,6 +91,18 @@ class SAI:
         kind = "" if self.topology == "sphere" else f"{self.topology}, "
         seen = "" if not self.hidden.any() else f", {self.visible_fraction:.0%} of the {self.topology} seen"
         return f"SAI({kind}frequency {self.frequency}, {self.n_vertices} vertices{seen})"
+
+    def _repr_html_(self) -> str:
+        """Return a picture of the angles, gray where nothing was seen, and a table, as notebooks show."""
+        low, middle, high = np.degrees(np.quantile(self.angles, [0.05, 0.5, 0.95]))
+        rows = {
+            "topology, frequency": f"{self.topology}, {self.frequency}",
+            "vertices": f"{self.n_vertices:,}",
+            "seen": f"{self.visible_fraction:.0%}",
+            "area": f"{self.area:.4g}",
+            "angles, 5 %, median, 95 %": f"{low:.1f}, {middle:.1f}, {high:.1f} degrees",
+        }
+        return card("SAI", rows, self.mesh, values=np.where(self.hidden, np.nan, self.angles))
 
     @property
     def _domain(self) -> SphereDomain | FlatDomain:

@@ -13,8 +13,10 @@ import numpy as np
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import warn
+from simplexmesh._base.html import card
 from simplexmesh._base.progress import Progress, reporting
 from simplexmesh.data.conversion import as_given
+from simplexmesh.data.points import PointCloud
 from simplexmesh.data.volume import Volume
 from simplexmesh.recognition.register.icp import about_origin, between_frames
 from simplexmesh.recognition.scans.assembly import Assembly, Hypothesis
@@ -111,11 +113,26 @@ class Registered:
     flipped: tuple[int, ...]
     names: tuple[str, ...]
     doubtful: tuple[int, ...]
+    _points: tuple[Array, ...] = ()  # of each scan, which a notebook shows
 
     @property
     def alone(self) -> tuple[int, ...]:
         """The scans that fit nowhere; their poses mean nothing."""
         return tuple(group[0] for group in self.groups if len(group) == 1)
+
+    def _repr_html_(self) -> str:
+        """Return a picture of the largest group and a table of what hangs together, as notebooks show."""
+        accepted = [edge.accepted for edge in self.edges]
+        residuals = self.residuals[accepted]
+        rows = {
+            "scans": f"{len(self.names)}",
+            "groups": ", ".join(f"{len(group)} scans" if len(group) > 1 else "1 alone" for group in self.groups),
+            "pairs": f"{len(residuals)} agree, {len(self.edges) - len(residuals)} contradict",
+            "largest residual": f"{residuals.max():.3g}" if len(residuals) else "none",
+            "doubtful": ", ".join(self.names[k] for k in self.doubtful) or "none",
+        }
+        shown = (PointCloud(self._points[k]).transformed(self.poses[k]) for k in self.groups[0] if self._points)
+        return card("Registered", rows, *shown)
 
     def __repr__(self) -> str:
         groups = f"{len(self.groups)} group{'s' if len(self.groups) > 1 else ''}"
@@ -232,9 +249,10 @@ def registered(scans: list[Scan], names: tuple[str, ...], report: Progress) -> R
     doubtful = rivaled(assembly, [found for found, _ in rejected])
     groups = sorted(map(tuple, assembly.groups), key=lambda group: (-len(group), group))
     flipped = tuple(k for k, scan in enumerate(scans) if scan.turned and scan.surface.given)
+    points = tuple(scan.center + scan.unit * scan.matched[0].points for scan in assembly.scans)
     return Registered(
         checks.frozen(poses), tuple(groups), edges, checks.frozen(residuals), checks.frozen(covariances), flipped,
-        names, doubtful,
+        names, doubtful, points,
     )  # fmt: skip
 
 

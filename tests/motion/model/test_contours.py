@@ -44,6 +44,14 @@ def round_disk(size):
     return at_rest(disk, 600, damping=0.6, contours=pinned(rim, CIRCLE))
 
 
+@cache
+def cap(size, angle, line=None):
+    """Return the surface over the unit circle that meets its plane at an angle."""
+    rim = flat_disk(size)[1]
+    line = rim.reversed() if line is None else line
+    return at_rest(round_disk(size), rigidity=4, contours=[pinned(rim, CIRCLE), smooth(line, tangent=angle)])
+
+
 FLAT, RIM = flat_disk(6)
 
 
@@ -225,26 +233,19 @@ class TestSurface:
         height = (1 - np.sqrt(1 - curvature**2)) / curvature
         assert_allclose(out.vertices[np.abs(out.vertices[:, 2]).argmax(), 2], height, rtol=0.02)
 
-    @staticmethod
-    @cache
-    def cap(size, angle, line=None):
-        rim = flat_disk(size)[1]
-        line = rim.reversed() if line is None else line
-        return at_rest(round_disk(size), rigidity=4, contours=[pinned(rim, CIRCLE), smooth(line, tangent=angle)])
-
     def test_a_tangent_is_met_the_better_the_finer(self):
         wanted = np.tan(np.pi / 8)  # height of a cap that meets the plane of its rim at 45 degrees
-        off = [wanted - self.cap(size, -np.pi / 4).vertices[:, 2].max() for size in (6, 12)]
+        off = [wanted - cap(size, -np.pi / 4).vertices[:, 2].max() for size in (6, 12)]
         assert 0 < off[1] < 0.6 * off[0] < 0.4 * wanted  # first order: simplex angle and angle to go are equal at rest
 
     def test_a_tangent_does_not_depend_on_the_direction(self):
-        one, other = self.cap(6, -np.pi / 4), self.cap(6, np.pi / 4, RIM)
+        one, other = cap(6, -np.pi / 4), cap(6, np.pi / 4, RIM)
         assert_allclose(one.vertices, other.vertices, atol=1e-9)
-        below = self.cap(6, -3 * np.pi / 4)
+        below = cap(6, -3 * np.pi / 4)
         assert_allclose(below.vertices[:, 2].min(), -one.vertices[:, 2].max(), rtol=1e-6)
 
     def test_a_flat_disk_keeps_its_own_angle(self):
-        assert_allclose(self.cap(6, -np.pi / 2).vertices[:, 2], 0, atol=1e-9)
+        assert_allclose(cap(6, -np.pi / 2).vertices[:, 2], 0, atol=1e-9)
 
     def test_a_tangent_inside_a_tube_flares_it(self):
         tube = sm.cylinder(24, 16)

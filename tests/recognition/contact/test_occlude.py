@@ -92,7 +92,7 @@ class TestOcclude:
     def test_comes_out_however_deep_it_is(self):
         stool, _ = feet([1, 0, 0.3], [-0.5, 0.9, 0.35], [-0.5, -0.8, 0.27])
         sunk = lifted(stool, -np.sort(stool.vertices[:, 2])[stool.n_vertices // 3])  # one vertex is in contact
-        slab = sm.TriangleMesh(*_thick(GROUND.vertices, GROUND.faces, 2.0))
+        slab = sm.TriangleMesh(*thick(GROUND.vertices, GROUND.faces, 2.0))
         found = sm.occlude(sunk, slab, tolerance=1e-4, reach=1e-4)
         assert found.penetration < 1e-6
         assert found.T_target_source[2, 3] > 0.05
@@ -100,7 +100,7 @@ class TestOcclude:
     def test_what_is_deep_in_the_moving_part_comes_out_as_well(self):
         stool, _ = feet([1, 0, 0.3], [-0.5, 0.9, 0.35], [-0.5, -0.8, 0.27])
         sunk = lifted(stool, -np.sort(stool.vertices[:, 2])[stool.n_vertices // 3])
-        slab = sm.TriangleMesh(*_thick(GROUND.vertices, GROUND.faces, 2.0))
+        slab = sm.TriangleMesh(*thick(GROUND.vertices, GROUND.faces, 2.0))
         found = sm.occlude(sm.divided(slab, 0.1), sunk, tolerance=1e-3, reach=0.02)
         assert found.penetration < 1e-6
         assert found.T_target_source[2, 3] < -0.05
@@ -159,7 +159,7 @@ class TestOcclude:
         rough = sm.TriangleMesh(egg.vertices * (1 + 0.05 * np.sin(4 * egg.vertices[:, :1])), egg.faces)
         x, y, z = (0.5 * LOWER.vertices).T
         top = np.stack([5.0 * x, 5.0 * y, 2.0 * z], axis=1)
-        block = sm.TriangleMesh(*_thick(top, LOWER.faces, 3.0))
+        block = sm.TriangleMesh(*thick(top, LOWER.faces, 3.0))
         below, above = (sm.boolean(rough, block, name) for name in ("intersection", "difference"))
         assert below.is_closed
         assert above.is_closed
@@ -373,7 +373,7 @@ class TestSigned:
         assert ((sm.deviation(points, sm.TriangleMesh(corners, faces)).distances < 0) == inside).all()
 
 
-def _thick(top, faces, depth):
+def thick(top, faces, depth):
     """Vertices and faces of what is below a sheet, as a closed block."""
     n = len(top)
     below = np.concatenate([top[:, :2], np.full((n, 1), -depth)], axis=1)
