@@ -10,6 +10,7 @@ import numpy as np
 
 from simplexmesh._base.arrays import Array
 from simplexmesh.recognition.register.verify import SAME_SCORE, Evaluation
+from simplexmesh.recognition.scans.adjustment import adjusted
 from simplexmesh.recognition.scans.pose_graph import optimized
 from simplexmesh.recognition.scans.scan_pairs import Measured, Pair, Scan, contact, measure, search, verifier_of
 
@@ -97,6 +98,8 @@ class Assembly:
             for group in self.groups:
                 self._measure(permutations(group, 2) if both else combinations(group, 2))
                 self._settle(group)
+        for group in (each for each in self.groups if len(each) > 1):
+            self.poses[group] = adjusted([self.scans[k].matched[0] for k in group], self.poses[group])
 
     def relative(self, source: int, target: int) -> Array:
         """Return the pose (4, 4) of a scan on another of its group."""

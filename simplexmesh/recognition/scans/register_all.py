@@ -146,7 +146,7 @@ def register_all(scans: Sequence[Any], *, progress: bool | Progress = False) -> 
     Pairs are registered as by `register` until all scans hang together. A pair joins two groups only if all their scans
     that come to touch agree. Then all pairs that overlap are measured from the poses found, and all poses are computed
     together, each pair with the weight of its covariance, those that contradict the others with little: errors do not
-    add up along a chain of scans.
+    add up along a chain of scans. In the end all poses are refined on the surface that the scans have in common.
 
     Parameters
     ----------
@@ -173,7 +173,9 @@ def register_all(scans: Sequence[Any], *, progress: bool | Progress = False) -> 
     References
     ----------
     F. Lu, E. Milios, *Globally consistent range scan alignment for environment mapping*, Autonomous Robots 4, 1997,
-    333-349 (poses from pairs); H. Delingette, thesis, 1994, section 6.3.3 (points to planes).
+    333-349 (poses from pairs); Z. Liu, F. Zhang, *BALM: bundle adjustment for lidar mapping*, IEEE Robotics and
+    Automation Letters 6, 2021, 3184-3191 (planes of all scans); H. Delingette, thesis, 1994, section 6.3.3
+    (points to planes).
 
     Examples
     --------
