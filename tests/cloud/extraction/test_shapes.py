@@ -160,3 +160,17 @@ def test_pipes_whose_axes_meet_far_from_both_have_no_bend():
     one = np.column_stack([along, 0.05 * np.cos(turn), 0.05 * np.sin(turn)])
     out = sm.extract_primitives(np.concatenate([one, one[:, [1, 0, 2]]]))
     assert [each.kind for each in out.primitives] == ["cylinder", "cylinder"]
+
+
+@pytest.mark.parametrize("most", [100_000, 1500])
+def test_strays_beyond_an_end_are_not_of_a_pipe(monkeypatch, most):
+    monkeypatch.setattr("simplexmesh.cloud.extraction.working.MOST", most)
+    pipe, points = made("cylinder", noise=0.01)
+    beyond = pipe.at([[0.5, 2.5], [2, -2.6], [-2, 3.5], [1, -4]])  # on its surface, but there is no pipe
+    scene = sm.extract_primitives(np.concatenate([points, beyond]))
+    (found,) = scene.primitives
+    assert set(scene.labels[-4:]) == {-1}
+    assert (scene.labels >= 0).mean() > 0.98
+    assert (
+        np.abs(np.abs((found.at(np.column_stack([[0, 0], found.extent[1]])) - pipe.point) @ pipe.axis) - 2).max() < 0.05
+    )
