@@ -174,3 +174,17 @@ def test_strays_beyond_an_end_are_not_of_a_pipe(monkeypatch, most):
     assert (
         np.abs(np.abs((found.at(np.column_stack([[0, 0], found.extent[1]])) - pipe.point) @ pipe.axis) - 2).max() < 0.05
     )
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_of_beams_and_floors_there_are_no_cylinders(seed):
+    """Protocol P11: three pipes, a beam of three plates and a floor; the thesis finds two more (6.3)."""
+    rng = np.random.default_rng(seed)
+    pipes = [Cylinder([0, 0.5 * k, 0.6], [1, 0, 0], radius) for k, radius in enumerate((0.08, 0.12, 0.16))]
+    parts = [pipe.at(rng.uniform([-np.pi, -1], [np.pi, 1], (2500, 2))) for pipe in pipes]
+    for middle, size in (((0, 2, 0.5), (2, 0.3, 0)), ((0, 2, 0.9), (2, 0.3, 0)), ((0, 2, 0.7), (2, 0, 0.4))):
+        parts.append(middle + np.array(size) * rng.uniform(-0.5, 0.5, (1500, 3)))  # flanges and web
+    parts.append(rng.uniform([-1.5, -0.5, 0], [1.5, 2.5, 0], (4000, 3)))
+    points = np.concatenate(parts)
+    found = sm.extract_primitives(points + rng.normal(0, 0.003, points.shape), kinds=["cylinder"], rng=seed).primitives
+    assert sorted(round(each.radius, 2) for each in found) == [0.08, 0.12, 0.16]
