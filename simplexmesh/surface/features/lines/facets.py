@@ -18,6 +18,9 @@ EVEN = 0.6
 UNEVEN = 0.3
 """Spread of the longest sides of triangles: scans and surfaces through grids have half of it, simplified ones more."""
 
+FEW = 0.01
+"""Share of triangles that are slivers where a grid makes them: surfaces of programs that are as even have none."""
+
 KNOWN = 0.25
 """In radians, the deviation of normals in the mean over the surface: those of small triangles with noise have more."""
 
@@ -62,7 +65,7 @@ class Facets(NamedTuple):
     """Whether triangles are as large as the shape lets them be, so that neighbors tell little of their normals."""
 
     uniform: bool
-    """Whether slivers are those of a grid, as of marching cubes: all triangles are about as long."""
+    """Whether there are slivers of a grid, as of marching cubes: all triangles are about as long."""
 
     @property
     def qualities(self) -> Array:
@@ -101,7 +104,8 @@ class Facets(NamedTuple):
         quality, uneven = self.qualities.mean(), self.spread > UNEVEN
         simplified = bool(known and quality < SIMPLIFIED and uneven and self.creased)
         out = self._replace(scales=scales, variances=variances, noise=noise, simplified=simplified)
-        return out._replace(uniform=bool(quality >= EVEN and not uneven))
+        slivers = np.quantile(self.qualities, FEW) < EVEN / 2
+        return out._replace(uniform=bool(quality >= EVEN and not uneven and slivers))
 
 
 def measured(vertices: Array, faces: Indices, mates: Indices) -> Facets:
