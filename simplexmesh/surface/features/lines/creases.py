@@ -150,10 +150,9 @@ def creases(vertices: Array, faces: Indices, mates: Indices, angle: float) -> Cr
     biased = max(min(DEFAULT_ANGLE, angle), BIAS * angle)
     ordinary = np.maximum(biased, STANDING_OUT * _ordinary_jumps(surface))
     for _ in range(ROUNDS):
-        strengths, *_, bendings = surface.jumps_at(chosen, strengths > STRONG)
-        least = np.maximum(ordinary, np.minimum(ROUND, surface.scales * bendings))
+        strengths, least = _measured(surface, chosen, strengths, ordinary)
         chosen = chosen & (strengths > EDGE * least)
-    found = surface.creases_at(_cleaned(surface, chosen, strengths, least))
+    found = surface.creases_at(_cleaned(surface, chosen, strengths, ordinary, least))
 
     def strength(lines: Chains) -> Array:
         return np.minimum(lines.mean(found.jumps) - angle, lines.mean(found.biased) - biased)
@@ -183,7 +182,13 @@ def _ordinary_jumps(surface: FilteredSurface) -> Array:
     return np.minimum(tilts * np.median(jumps[some] / tilts[some]), SHARP / STANDING_OUT)
 
 
-def _cleaned(surface: FilteredSurface, chosen: Mask, jumps: Array, least: Array) -> Mask:
+def _measured(surface: FilteredSurface, at: Mask, strengths: Array, ordinary: Array) -> tuple[Array, Array]:
+    """Return the jumps (e,) `at` some edges, past those of known strengths, and by how much a crease jumps there."""
+    jumps, *_, bendings = surface.jumps_at(at, strengths > STRONG)
+    return jumps, np.maximum(ordinary, np.minimum(ROUND, surface.scales * bendings))
+
+
+def _cleaned(surface: FilteredSurface, chosen: Mask, jumps: Array, ordinary: Array, least: Array) -> Mask:
     """Return edges as clean lines: gaps closed, duplicates and crumbs gone, each line a crease on the whole."""
     edges, scales, kept = surface.edges, surface.scales, surface.exact | surface.edges.facets.simplified
     costs = edges.lengths * np.maximum(0.1, 1 - surface.bends / np.radians(20))
@@ -198,5 +203,8 @@ def _cleaned(surface: FilteredSurface, chosen: Mask, jumps: Array, least: Array)
         chosen = edges.without_small(chosen, jumps, kept)
         chosen = edges.pruned(chosen, SHORTEST * scales)
         if bridging:
-            chosen = edges.bridged(chosen, costs, most)
+            bridges = edges.bridged(chosen, costs, most) & ~chosen
+            chosen = chosen | bridges
+            there = _measured(surface, bridges, jumps, ordinary)
+            jumps, least = np.where(bridges, there, (jumps, least))
     return chosen
