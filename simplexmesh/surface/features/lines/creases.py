@@ -31,9 +31,6 @@ SHARP = 0.8
 ROUNDS = 2
 """Of finding jumps: in the second, windows see past what was none in the first."""
 
-MANY = 0.1
-"""Of the edges: so many must be without exact normals to be ordinary; in files of CAD those left are at creases."""
-
 EDGE = 0.8
 """Share of what whole lines need that a single edge must have."""
 
@@ -166,12 +163,12 @@ def creases(vertices: Array, faces: Indices, mates: Indices, angle: float) -> Cr
 def _ordinary_jumps(surface: FilteredSurface) -> Array:
     """Return the jump (e,) that is ordinary: the median at edges whose triangles' normals are not exact, from a sample.
 
-    It is 0 if few are such. On simplified surfaces, where noise turns slivers by much and large triangles by little,
+    It is 0 if none is such. On simplified surfaces, where noise turns slivers by much and large triangles by little,
     each edge has the median of jumps over that, times that, and sharp edges are no ordinary ones.
     """
     edges, sharp, simplified = surface.edges, surface.bends > STRONG, surface.edges.facets.simplified
     vague = np.flatnonzero(~surface.exact[edges.sides].any(axis=1) & ~(simplified & sharp))
-    if len(vague) < MANY * len(sharp) or not len(vague):
+    if not len(vague):
         return np.zeros(len(sharp))
     some = np.zeros(len(sharp), bool)
     some[vague[:: max(1, len(vague) // SAMPLE)]] = True
