@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose
 
 import simplexmesh as sm
 from simplexmesh.bench.truth import discretized
+from simplexmesh.cloud.constrained import TorusAfterCylinder, TorusBetweenCylinders
 from simplexmesh.mesh import geometry
 
 TESTS = Path(__file__).parent
@@ -124,3 +125,45 @@ def test_the_plane_of_the_thesis_depends_on_the_origin(variant, same):
     here = sm.vertex_normals(mesh, "plane", variant=variant)
     there = sm.vertex_normals(sm.TriangleMesh(mesh.vertices + 5.0, mesh.faces), "plane", variant=variant)
     assert np.allclose(here, there, atol=1e-6) == same
+
+
+BEFORE = sm.primitives.Cylinder([0.1, 0.2, 0.3], [0.3, -0.5, 0.8], 0.7)
+AROUND = np.random.default_rng(1).uniform(-3, 3, (200, 3))
+
+
+def test_the_derivative_of_a_torus_between_cylinders_has_a_factor_of_two():
+    """A.2.6: of the square of the distance from the center."""
+    after, R = sm.primitives.Cylinder(BEFORE.point + 0.8 * BEFORE.axis, [0.9, 0.2, 0.1], 0.7), 2.0
+    bend = TorusBetweenCylinders(BEFORE, after, R)
+    u, v = BEFORE.axis, after.axis
+    n, e, half = np.cross(u, v) / np.linalg.norm(np.cross(u, v)), (v - u) / np.linalg.norm(v - u), np.arccos(u @ v) / 2
+    y = AROUND - (after.point + R / np.cos(half) * e)
+    turned = np.cross(y, n)
+    N = np.linalg.norm(turned, axis=1)
+    dN = -turned @ np.cross(e, n) / np.cos(half) / N
+    apart = np.sqrt((y**2).sum(axis=1) + R**2 - 2 * R * N)
+    true, printed = (
+        (-factor * y @ e / np.cos(half) + 2 * R - 2 * N - 2 * R * dN) / (2 * apart) for factor in (2.0, 1.0)
+    )
+    found = (bend.primitive.derivatives(AROUND) @ bend.chart)[:, 0]
+    assert_allclose(found, true, atol=1e-12)
+    assert np.abs(found - printed).max() > 0.1
+
+
+def test_the_gradient_of_a_torus_after_a_cylinder_has_braces():
+    """A.2.5: the factor of two of the third part is that of all of it."""
+    u, c = BEFORE.axis, np.array([2.0, 1.0, 0.5])
+    bend = TorusAfterCylinder(BEFORE, c)
+    y, z = AROUND - c, BEFORE.point - c
+    s, t, k, both = y @ u, z @ u, y @ z, AROUND + BEFORE.point - 2 * c
+    T3 = -2 * np.sqrt(s**2 * (z @ z) + k**2 - 2 * s * k * t)
+    first, last = -2 * np.outer(s, (z @ z) * u) - 2 * np.outer(s**2, z), np.outer(k * (t + s), u)
+    apart = np.sqrt((y**2).sum(axis=1) + z @ z - t**2 + T3)
+    sides = -2 * y - 2 * (z - t * u)
+
+    def gradient(third):
+        return (sides + 2 / T3[:, None] * (first - 2 * k[:, None] * both + third)) / (2 * apart[:, None])
+
+    found = bend.primitive.derivatives(AROUND) @ bend.chart
+    assert_allclose(found, gradient(2 * (last + (s * t)[:, None] * both)), atol=1e-10)
+    assert np.abs(found - gradient(2 * last + (s * t)[:, None] * both)).max() > 0.04

@@ -178,6 +178,25 @@ ROWS = {
         ]
         for start, row in BODIES.items()
     },
+    **{
+        (RECOGNITION, f"one view{which}"): [
+            f"recognize: 13 bodies, one view, {noise}, {what}" for what in ("first", "median error")
+        ]
+        for which, noise in ((" (a quarter to a half), 0.2 %", "0.2%"), (", 0.5 %", "0.5%"))
+    },
+    **{
+        (RECOGNITION, f"of 510, {start}"): [
+            f"recognize: 510 models, {row}, {what}" for what in ("first", "among five", "median error")
+        ]
+        for start, row in {"whole": "100% seen, 1.0%", "70 %": "70% seen, 0.5%", "50 %": "50% seen, 0.5%"}.items()
+    },
+    **{
+        ("docs/operators.md", f"{name}, {count} vertices, within {most} %"): [
+            f"decimate: {name}, {count} vertices, within {most} %, left",
+            f"decimate: {name}, within {most} %, largest",
+        ]
+        for name, count, most in (("coupling", "3,714", "1"), ("fandisk", "12,946", "1"), ("elephant", "5,558", "0.5"))
+    },
     **decimation("head"),
     **decimation("fandisk"),
     **decimation("elephant"),

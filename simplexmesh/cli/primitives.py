@@ -68,7 +68,7 @@ def primitives(
 def pipes(
     path: PointsPath,
     output: Output = None,
-    bill: Annotated[Path | None, typer.Option("--table", help="Write a bill of materials: .csv.")] = None,
+    bill: Annotated[Path | None, typer.Option("--table", "--csv", help="Write a bill of materials: .csv.")] = None,
     pick: Annotated[str | None, typer.Option(help="Only the pipe at this point: x,y,z.")] = None,
     radius: Annotated[float | None, typer.Option(help="Radius of the pipes, in the file's unit, if known.")] = None,
     mesh: Mesh = None,
@@ -177,7 +177,8 @@ def _write(found: Any, targets: dict[str, Path], labeled: Any) -> None:
         raise ValueError("nothing was found of which --mesh could write the surface")
     for option, target in targets.items():
         with report.written_to(target, "the file"):
-            if option == "--mesh":
+            told = target.suffix.lower() == ".vtp" and hasattr(found, "primitives")  # which one each triangle is of
+            if option == "--mesh" and not told:
                 as_triangles(surface).save(target)
             else:
                 (labeled if option == "--labeled" else found).save(target)

@@ -147,10 +147,10 @@ def _of_frame(value: Any, name: str) -> PointCloud | None:
             return PointCloud(np.stack(list(table.values()), axis=1))
         raise ValueError(f"{name} must have columns x, y and z, or three of numbers, not {', '.join(table) or 'none'}")
     try:
-        points = points_of(table)
-    except (ValueError, TypeError) as error:
-        raise ValueError(f"{name} must have numbers in its columns x, y and z: {error}") from None
-    return PointCloud(points, normals_of(table), data_of(table))
+        points, normals = points_of(table), normals_of(table)
+    except (ValueError, TypeError):
+        raise ValueError(f"{name} must have numbers in its columns x, y and z, and in nx, ny and nz") from None
+    return PointCloud(points, normals, data_of(table))
 
 
 def _per_row(table: Any, n: int) -> dict[str, NDArray[Any]]:

@@ -14,6 +14,9 @@ from simplexmesh.numerics._kernels_frames import tangents
 from simplexmesh.numerics._kernels_matrices import diagonalize, solve
 from simplexmesh.numerics._kernels_vectors import difference, dot, minus, row
 
+FLAT = 1e-12
+"""Of the squared length of points on a line: less is no width."""
+
 
 @njit(cache=True, error_model="numpy")
 def fit_plane(points, members, place, radius, normal):
@@ -62,16 +65,17 @@ def fit_planes(points, near, normals, variance, projected):
 
 @njit(cache=True, error_model="numpy", parallel=True)
 def fit_sides(points, near, normals, cosine, fitted):
-    """Fill normals of planes through those of `near` (n, k) whose normals are near a point's own, and on its side."""
+    """Fill normals of planes through those of `near` (n, k) that face as a point does; its own if they tell none."""
     for i in prange(len(near)):
         own = row(normals, near[i, 0])
         members = near[i][np.array([dot(own, row(normals, j)) > cosine for j in near[i]])]
+        fitted[i] = normals[near[i, 0]]
         if len(members) < 4:
-            fitted[i] = normals[near[i, 0]]
             continue
-        fit_plane(points, members, row(points, near[i, 0]), math.inf, fitted[i])
-        if dot(row(fitted, i), own) < 0:
-            fitted[i] *= -1.0
+        normal = np.empty(3)
+        _, moments = fit_plane(points, members, row(points, near[i, 0]), math.inf, normal)
+        if moments[1] > FLAT * moments[2]:
+            fitted[i] = normal if dot(row(fitted, i), normal) > 0 else -normal
 
 
 @njit(cache=True, error_model="numpy")

@@ -25,6 +25,7 @@ class Planes:
     places: Array  # (n, 3) the points, projected onto their planes
     spacing: float  # median distance between neighboring points: the side of the square each represents
     noise: float  # median root mean square distance of the neighbors to their plane
+    neighbors: int  # of each point, itself included
 
 
 def planes(points: Array) -> Planes:
@@ -78,9 +79,9 @@ def spacing_within(farthest: Array, count: int) -> float:
     return float(np.median(farthest)) * np.sqrt(np.pi / count)
 
 
-def sided(points: Array, normals: Array) -> Array:
-    """Return the unit normals (n, 3) of planes through the nearest 40 neighbors on the side that rough ones tell."""
-    near = cKDTree(points).query(points, k=min(MANY_NEIGHBORS, len(points)), workers=-1)[1]
+def sided(points: Array, normals: Array, neighbors: int) -> Array:
+    """Return normals (n, 3) of planes through those of the nearest neighbors on the side that rough unit ones tell."""
+    near = cKDTree(points).query(points, k=np.arange(neighbors) + 1, workers=-1)[1]
     out = np.empty_like(normals)
     _kernels_local_fits.fit_sides(np.ascontiguousarray(points), near, normals, SAME_SIDE, out)
     return out
@@ -89,4 +90,6 @@ def sided(points: Array, normals: Array) -> Array:
 def _fit(tree: cKDTree, places: Array, count: int) -> Planes:
     distance, near = tree.query(places, k=count, workers=-1)
     normals, variance, projected = fitted(tree.data, near)
-    return Planes(normals, projected, spacing_within(distance[:, -1], count), float(np.sqrt(np.median(variance))))
+    return Planes(
+        normals, projected, spacing_within(distance[:, -1], count), float(np.sqrt(np.median(variance))), count
+    )

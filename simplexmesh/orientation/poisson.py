@@ -220,7 +220,7 @@ def oriented_indicator(points: Array, found: Planes, cell: float) -> Indicator:
         away = _opposed_to(found.normals, points.mean(axis=0) - points)
         led = [fixpoint(coarse, normals).normals for normals in (common, away)]
         best = min((best, *(fixpoint(fine, normals) for normals in (common, *led))), key=doubt)
-    return fine.indicator(sided(points, normalized(-best.field.at(points)[1])))
+    return fine.indicator(sided(points, normalized(-best.field.at(points)[1]), found.neighbors))
 
 
 def _flooded_normals(points: Array, found: Planes) -> tuple[Array, Array]:

@@ -1,8 +1,8 @@
 """How exact curvature and normals are at no options at all, beside peers run in the same process.
 
-Run: python tests/benchmarks/bench_adaptive.py [--no-peers] [--borders] [--store]; four minutes. Peers that are not
-installed are said and left out. What the expected error is worth is the median of actual over expected error: 1 if
-errors were normal and the expectation right.
+Run: python tests/benchmarks/bench_adaptive.py [--no-peers] [--borders | --random] [--store]; four minutes.
+Peers that are not installed are said and left out. What the expected error is worth is the median of actual over
+expected error: 1 if errors were normal and the expectation right.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ import simplexmesh as sm
 from simplexmesh.bench.truth import discretized
 from simplexmesh.bench.truth.graphs import graph
 from simplexmesh.bench.truth.noise import noisy
+from tests.bench.random_graph import random_graph
 from tests.benchmarks.curvature_peers import OPTIONAL, peers, rings
 from tests.benchmarks.figures import Figures, installed
 
@@ -65,7 +66,7 @@ def degrees(found: np.ndarray, exact: np.ndarray) -> float:
 
 def line(name: str, cells: list[str]) -> None:
     """Print a row."""
-    print(f"  {name:<16}" + "".join(f"{cell:>10}" for cell in cells), flush=True)
+    print(f"  {name:<16}" + "".join(f"{cell:>20}" for cell in cells), flush=True)
 
 
 def told(figures: Figures, column: str, truth, meshes: list[sm.TriangleMesh], others: dict) -> None:
@@ -110,15 +111,40 @@ def at_borders() -> None:
     torus = (made.vertices[used], shift[faces], made.exact.mean[used], on_rim[used])
     square = discretized.split_square(graph("trigonometric"), 80)
     flat = (square.vertices, square.faces, square.exact.mean, ~square.inner)
-    print("borders" + " " * 11 + "".join(f"{cell:>10}" for cell in ("inside", "rim", "igl 5 in", "igl 5 rim")))
+    line("", ["inside", "rim", "igl 5 in", "igl 5 rim", "of told", "rim"])
     for name, (vertices, faces, mean, on_rim) in (("cut torus", torus), ("graph", flat)):
+        mesh, parts = sm.TriangleMesh(vertices, faces), (~on_rim, on_rim)
         for amount in (0.0, 0.01, 0.1):
-            mesh = noisy(sm.TriangleMesh(vertices, faces), amount, rng=1)
-            cells = []
-            for found in (sm.curvature(mesh).mean, rings(mesh, 5)):
-                error = (found - mean) / np.sqrt((mean**2).mean())
-                cells += [f"{np.sqrt((error[part] ** 2).mean()):.5f}" for part in (~on_rim, on_rim)]
-            line(f"{name}, {100 * amount:g} %", cells)
+            draws = [noisy(mesh, amount, rng=draw) for draw in ((1, 2, 3) if amount else (1,))]
+            line(f"{name}, {100 * amount:g} %", spread([beside_igl(each, mean, parts) for each in draws]))
+
+
+def beside_igl(mesh: sm.TriangleMesh, mean: np.ndarray, parts: tuple[np.ndarray, ...]) -> list[float]:
+    """Return relative errors of H in parts of a mesh, then libigl's, then actual over expected errors."""
+    ours, size = sm.curvature(mesh), np.sqrt((mean**2).mean())
+    apart = np.abs(ours.mean - mean) / np.maximum(ours.error, 1e-300) / NORMAL
+    errors = [(found - mean) / size for found in (ours.mean, rings(mesh, 5))]
+    return [np.sqrt((each[part] ** 2).mean()) for each in errors for part in parts] + [
+        np.median(apart[part]) for part in parts
+    ]
+
+
+def spread(rows: list[list[float]]) -> list[str]:
+    """Return the least and most of each column."""
+    return [f"{min(each):.2g} to {max(each):.2g}" for each in zip(*rows, strict=True)]
+
+
+def on_random_surfaces() -> None:
+    """Print errors of H inside random graphs, by the edges over which heights vary, three of each."""
+    line("", ["adaptive", "igl 5", "of told"])
+    for amount in (0.0, 0.01, 0.1):
+        for edges in (6, 9, 12, 18):
+            rows = []
+            for seed in range(3):
+                made = discretized.sawtooth(random_graph(0.025 * edges, 1.0, seed), 80)
+                inner = np.abs(made.vertices[:, :2]).max(axis=1) < 0.7
+                rows.append(beside_igl(noisy(made.mesh, amount, rng=seed), made.exact.mean, (inner,)))
+            line(f"{edges} edges, {100 * amount:g} %", spread(rows))
 
 
 def main(*, others: bool) -> None:
@@ -146,8 +172,9 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--no-peers", action="store_true")
     parser.add_argument("--borders", action="store_true", help="only the errors at borders")
+    parser.add_argument("--random", action="store_true", help="only the errors on random surfaces")
     given = parser.parse_args()
-    if given.borders:
-        at_borders()
+    if given.borders or given.random:
+        at_borders() if given.borders else on_random_surfaces()
     else:
         main(others=not given.no_peers)

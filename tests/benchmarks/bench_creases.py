@@ -1,9 +1,10 @@
 """Models of parts with known creases, sharp and smooth: normals near the creases, where the lines are, how many.
 
-Usage: python tests/benchmarks/bench_creases.py [vertices] [seed] [volumes]
+Usage: python tests/benchmarks/bench_creases.py [vertices] [seed] [what]
 
-The third argument, if given, stands for computed tomographies of the parts instead of points: 200 voxels long, with
-partial volume, a Gaussian blur of 0.8 voxels and noise of 5 % of the contrast.
+With 1 as third argument computed tomographies of the parts are taken instead of points: 200 voxels long, with partial
+volume, a Gaussian blur of 0.8 voxels and noise of 5 % of the contrast. With 2 points on smooth bodies: how many
+creases they get, which all are false.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from scipy.spatial import cKDTree
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import simplexmesh as sm
+from tests.benchmarks.smooth_bodies import bodies
 from tests.surface.features.parts import SHAPES, reference
 from tests.surface.features.remeshing import dots, face_normals
 from tests.surface.features.scoring import paths, samples, share_near
@@ -103,8 +105,22 @@ def lines_of(model):
     return paths(type("Network", (), {"lines": model.creases}))
 
 
+def smooth(vertices, seed):
+    for name, body in bodies(seed):
+        counts = []
+        for noise in (0.0, 0.002, 0.005, 0.01):
+            rng = np.random.default_rng(seed)
+            points = body.sampled(POINTS, rng=rng).points
+            points = points + noise * body.diagonal * rng.normal(size=points.shape)
+            counts.append(len(sm.reconstruct(points, vertices=vertices).creases))
+        print(f"{name:10} creases with noise of 0, 0.2, 0.5 and 1 %: {counts}", flush=True)
+
+
 def main(vertices=6000, seed=0, volumes=0):
     warnings.simplefilter("ignore")
+    if volumes == 2:
+        smooth(vertices, seed)
+        return
     print(f"{vertices:,} vertices; degrees, percent of the diagonal, shares, CPU seconds")
     print(f"{'':16}" + "".join(f"{name:>15}" for name in COLUMNS))
     for noise in (0.05,) if volumes else NOISE:

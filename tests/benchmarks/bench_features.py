@@ -3,11 +3,13 @@
 "soft" are creases of 5 to 30 degrees, "20" the one of 20 degrees on the block; of zones, how many
 say rightly what they are.
 
-Usage: python tests/benchmarks/bench_features.py [faces] [seeds]
+Usage: python tests/benchmarks/bench_features.py [faces] [seeds], or SIMPLEXMESH_DATA=folder python
+tests/benchmarks/bench_features.py files, which counts lines and zones of files made by CAD.
 """
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 import warnings
@@ -27,6 +29,7 @@ from tests.surface.features.scoring import crease_score, kinds_told, labels_betw
 NOISE = (0.0, 0.05, 0.1, 0.2)  # in mean edges; slivers, of no even size, only without
 ANGLES = (10, 15, 20, 30, 45)
 LARGE = (100_000, 1_000_000)
+FILES = ("fandisk.off", "anchor.off", "coupling.off", "featuretype.stl", "fixed_top.ply", "tray_bottom.stl", "abc8.stl")
 COLUMNS = ("precision", "recall", "soft", "20", "over", "pieces", "loose", "ARI", "seconds")
 
 
@@ -99,7 +102,17 @@ def print_kinds(title, told):
     print(f"{title:32s}", ", ".join(f"{kind} {sum(x)}/{len(x)}" for kind, x in right.items()), flush=True)
 
 
+def files() -> None:
+    for name in FILES:
+        network = sm.feature_lines(Path(os.environ["SIMPLEXMESH_DATA"]) / name)
+        zones = sm.zones(network.mesh, network)
+        print(f"{name}: {network.mesh.n_faces:,} triangles, {len(network.lines)} lines, {len(zones)} zones", flush=True)
+
+
 def main() -> None:
+    if "files" in sys.argv:
+        files()
+        return
     faces, seeds = map(int, [*sys.argv[1:], *("35000", "1")[len(sys.argv) - 1 :]])
     warnings.simplefilter("ignore", RuntimeWarning)  # means of no soft creases
     sm.feature_lines(sm.sphere(8))

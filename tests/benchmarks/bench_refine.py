@@ -60,30 +60,42 @@ def rms(values):
 
 def table(name: str) -> None:
     """Print the distances of even and redistributed meshes of the same size."""
-    file, level, sizes, deep = CASES[name]
-    subject = as_input(folder() / file, level=level)
-    points = subject.points[:: max(1, len(subject.points) // 40_000)]
-    percent = 100 / np.linalg.norm(np.ptp(points, axis=0))
-    print(f"\n{file}, data to mesh in % of the diagonal")
-    print("vertices |  even rms  mean  max | adaptive rms  mean  max | by hand | less than even | tangled | seconds")
+    file, _, sizes, _ = CASES[name]
+    print(f"\n{file}, vertices: rms from data to mesh in % of the diagonal; tangled; seconds of one core")
     for size in sizes:
-        models, seconds = [], []
-        for placement in ("even", "adaptive"):
-            began = time.process_time()
-            models.append(sm.reconstruct(folder() / file, level=level, vertices=size, placement=placement))
-            seconds.append(time.process_time() - began)
-        even, adaptive = models
-        assert adaptive.mesh.n_vertices <= even.mesh.n_vertices
-        by_hand = sm.redistribute(even.mesh, subject.target).mesh
-        (a, closed_a), (b, closed_b), (c, _) = (distances(m, points, deep) for m in (even.mesh, adaptive.mesh, by_hand))
-        counts = ~(closed_a | closed_b)
-        a, b, c = (values[counts] * percent for values in (a, b, c))
-        print(
-            f"{adaptive.mesh.n_vertices:8d} | {rms(a):9.3f} {a.mean():6.3f} {a.max():5.2f} "
-            f"| {rms(b):9.3f} {b.mean():6.3f} {b.max():5.2f}   | {rms(c):9.3f} | {1 - rms(b) / rms(a):5.0%} "
-            f"| {even.tangled} -> {adaptive.tangled} | {seconds[0]:.1f} -> {seconds[1]:.1f} of one core"
-            + (f" ({counts.mean():.0%} of the points count)" if deep else "")
-        )
+        rows = [compared(name, size, seed) for seed in range(3)]
+        cells = [f"{what} {min(each):.3g} to {max(each):.3g}" for what, each in
+                 ((what, [row[what] for row in rows]) for what in rows[0])]  # fmt: skip
+        print(f"{size:,}: {', '.join(cells)}", flush=True)
+
+
+def nudged(data, seed):
+    """Return data moved a little at random: surfaces by 1e-6 of the diagonal, volumes by so much of their range."""
+    rng, size = np.random.default_rng(seed), 1e-6 if seed else 0.0
+    if isinstance(data, sm.Volume):
+        values = data.values + size * np.ptp(data.values) * rng.normal(size=data.values.shape)
+        return sm.Volume(values, spacing=data.spacing, origin=data.origin, direction=data.direction)
+    return sm.TriangleMesh(data.vertices + size * data.diagonal * rng.normal(size=data.vertices.shape), data.faces)
+
+
+def compared(name: str, size: int, seed: int) -> dict[str, float]:
+    """Return what even, redistributed and adaptive models of the same size come to."""
+    file, level, _, deep = CASES[name]
+    data = nudged(sm.read(folder() / file), seed)
+    subject, models, seconds = as_input(data, level=level), [], []
+    points = subject.points[:: max(1, len(subject.points) // 40_000)]
+    for placement in ("even", "adaptive"):
+        began = time.process_time()
+        models.append(sm.reconstruct(data, level=level, vertices=size, placement=placement))
+        seconds.append(time.process_time() - began)
+    even, adaptive = models
+    assert adaptive.mesh.n_vertices <= even.mesh.n_vertices
+    meshes = {"even": even.mesh, "adaptive": adaptive.mesh, "by hand": sm.redistribute(even.mesh, subject.target).mesh}
+    away = {what: distances(mesh, points, deep) for what, mesh in meshes.items()}
+    counts, percent = ~(away["even"][1] | away["adaptive"][1]), 100 / np.linalg.norm(np.ptp(points, axis=0))
+    out = {what: percent * rms(values[counts]) for what, (values, _) in away.items()}
+    out |= {"less by": 100 * (1 - out["adaptive"] / out["even"]), "points that count": 100 * counts.mean()}
+    return out | {"tangled": adaptive.tangled, "s even": seconds[0], "s adaptive": seconds[1]}
 
 
 def wrapped(points, target, size, seed):

@@ -62,23 +62,24 @@ def flood(surface, points, normals, near, free, seeds, band, aslant):
 def settle(near, cost, none, pull, labels):
     """Let points take, in turn, the label of the least cost (n, m), less a pull for each neighbor that has it.
 
-    Only labels that a neighbor has, or -1 at the cost `none`, are taken. `labels` (n,) are changed; returns how many.
+    Only labels that a neighbor has, or -1 at the cost `none`, are taken; neighbors (n, k) are -1 where there is none.
+    `labels` (n,) are changed; returns how many.
     """
     changed = 0
     votes = np.zeros(cost.shape[1], np.int64)
     for i in range(len(near)):
         for j in near[i]:
-            if labels[j] >= 0:
+            if j >= 0 and labels[j] >= 0:
                 votes[labels[j]] += 1
         best, least = -1, none
         for j in near[i]:
-            k = labels[j]
+            k = labels[j] if j >= 0 else -1
             if k >= 0 and votes[k] >= 0:
                 value = cost[i, k] - pull * votes[k]
                 if value < least:
                     best, least = k, value
         for j in near[i]:
-            if labels[j] >= 0:
+            if j >= 0 and labels[j] >= 0:
                 votes[labels[j]] = 0
         if best != labels[i]:
             labels[i] = best

@@ -28,6 +28,9 @@ SHARE = 1e-3
 FEWEST = 50
 """... but no fewer than these, which tell a torus from noise."""
 
+ALWAYS = "plane"
+"""Looked for in any case, as otherwise walls and beams have cylinders on them."""
+
 
 def extract_primitives(
     cloud: Any,
@@ -55,7 +58,8 @@ def extract_primitives(
         At least 24 different points. Shapes are looked for among at most 100,000 of them, drawn at random; all points
         are labeled.
     kinds : sequence of str
-        The kinds that are looked for: "plane", "sphere", "cylinder", "cone", "torus".
+        The kinds that are wanted: "plane", "sphere", "cylinder", "cone", "torus". Planes are looked for in any case, so
+        that no walls are taken for wide cylinders, and are left out if they are not wanted.
     noise : float, optional
         Deviation of the points along normals; otherwise it is measured.
     fewest : int, optional
@@ -106,7 +110,7 @@ def extract_primitives(
     (['plane', 'cylinder'], 1.0)
     """
     given = given_cloud(cloud)
-    limits, generator = _limits(kinds, least_radius, greatest_radius), checks.generator("rng", rng)
+    (limits, names), generator = _limits(kinds, least_radius, greatest_radius), checks.generator("rng", rng)
     deviation = None if noise is None else checks.number("noise", noise, 0.0, open_low=True)
     wanted = None if fewest is None else checks.integer("fewest", fewest, LEAST)
     first, inverse = distinct(given.points)
@@ -133,11 +137,11 @@ def extract_primitives(
         state.labels = labeled(work, state, unit)
         refit(unit, state, work.noise)
         report(1.0, "labelling all points")
-    return _finished(given, work, state, inverse, middle, size, generator)
+    return _finished(given, work, state, names, inverse, middle, size, generator)
 
 
-def _limits(kinds: Sequence[str], low: float, high: float) -> Limits:
-    """Return what is looked for, in the cloud's unit."""
+def _limits(kinds: Sequence[str], low: float, high: float) -> tuple[Limits, tuple[str, ...]]:
+    """Return what is looked for, in the cloud's unit, and the kinds that are wanted of that."""
     if not isinstance(kinds, Iterable):
         raise TypeError(f"kinds must be a sequence of names, not {checks.type_name(kinds)}")
     given = [kinds] if isinstance(kinds, str) else list(kinds)
@@ -148,13 +152,14 @@ def _limits(kinds: Sequence[str], low: float, high: float) -> Limits:
     greatest = np.inf if high == np.inf else checks.number("greatest_radius", high, 0.0)
     if not least < greatest:
         raise ValueError(f"greatest_radius must be above least_radius, {least:g}, not {greatest:g}")
-    return Limits(names, (least, greatest), LEAST)
+    return Limits(tuple(kind for kind in SURFACES if kind in (*names, ALWAYS)), (least, greatest), LEAST), names
 
 
 def _finished(
     cloud: PointCloud,
     work: Working,
     state: Parts,
+    names: tuple[str, ...],
     inverse: Indices,
     middle: Array,
     size: float,
@@ -164,7 +169,7 @@ def _finished(
     labels = state.labels[inverse]
     counts = np.bincount(labels[labels >= 0], minlength=len(state.primitives))
     order = np.argsort(-counts, kind="stable")
-    order = order[counts[order] > 0]
+    order = order[[counts[k] > 0 and state.primitives[k].kind in names for k in order]]
     rank = np.full(len(state.primitives) + 1, -1)
     rank[order] = np.arange(len(order))
     labels = rank[labels]

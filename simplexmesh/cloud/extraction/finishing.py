@@ -17,7 +17,8 @@ def labeled(work: Working, state: Parts, points: Array) -> Indices:
     """Return the labels (n,) of all points: of the primitives of those about them, the nearest one."""
     if len(points) == len(work.points):
         return state.labels
-    near = state.labels[cKDTree(work.points).query(points, k=NEIGHBORS // 2, workers=-1)[1]]
+    distance, near = cKDTree(work.points).query(points, k=NEIGHBORS // 2, workers=-1)
+    near = np.where(distance <= work.reach[near], state.labels[near], -1)
     best, labels = np.full(len(points), NONE), np.full(len(points), -1)
     halves = half_spaces(state)
     for k, primitive in enumerate(state.primitives):

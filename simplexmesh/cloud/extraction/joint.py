@@ -119,7 +119,7 @@ def settled(work: Working, state: Parts) -> None:
     """Let points take the labels of least cost, as those about them do."""
     cost = costs(work, state)
     for _ in range(ROUNDS):
-        if settle(work.near, cost, NONE, PULL, state.labels) < 1e-3 * len(work.points):
+        if settle(work.beside, cost, NONE, PULL, state.labels) < 1e-3 * len(work.points):
             break
 
 

@@ -48,11 +48,15 @@ FLAT = 0.12
 class Working:
     """Points (n, 3) of unit size, neighbors (n, k), normals (n, 3), what is smooth, deviations from planes.
 
+    `beside` (n, k) are those neighbors that have the point among theirs, as points do that are as close to each other
+    as to others, and -1: a stray beyond the end of a pipe is beside none of it. `reach` (n,) is how far neighbors are.
     They are fine if noise is so small that few points tell a normal, and half as many a primitive.
     """
 
     points: Array
     near: Indices
+    beside: Indices
+    reach: Array
     normals: Array
     smooth: Mask
     rough: Array
@@ -77,7 +81,9 @@ def working(points: Array, noise: float | None, rng: np.random.Generator) -> Wor
     normals, variance, _ = fitted(points, wide)
     spread = np.mean(np.square(points[wide] - points[:, None]).sum(axis=2), axis=1)
     smooth = variance <= FLAT * spread
-    return Working(points, near, normals, smooth, np.sqrt(variance), spacing, deviation, fine)
+    reach = distance[:, -1]
+    beside = np.where(distance <= reach[near], near, -1)
+    return Working(points, near, beside, reach, normals, smooth, np.sqrt(variance), spacing, deviation, fine)
 
 
 def on_curve(points: Array, tree: cKDTree) -> bool:

@@ -10,11 +10,15 @@ from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import cross, normalized
 from simplexmesh.cloud.pipes.chain import SHORTEST, Chain
+from simplexmesh.cloud.pipes.ends import BEYOND
 from simplexmesh.cloud.pipes.line import Deviations, PipeElement
 from simplexmesh.data.primitives import Cone, Cylinder, Fit, Primitive, Torus
 
 STEP = 1e-5
 """Of difference quotients, in radii."""
+
+LENGTH = 8
+"""The length among an element's measures."""
 
 
 class Part(NamedTuple):
@@ -61,7 +65,11 @@ def elements_of(
         spread = by_parameters[k] @ covariance @ by_parameters[k].T
         start, end, sizes, center, *rest = here[k]
         placed = Measures(start + origin, end + origin, sizes, center + origin, *rest)
-        out.append(_element(part.kind, placed, spread, feet.distance[labels == k]))
+        own = feet.distance[labels == k]
+        if not chain.closed:
+            ends = (part.first == 0) + (part.last == len(chain.stations) - 1)
+            spread[LENGTH, LENGTH] += ends * ((BEYOND + 1) * sizes[2] / max(len(own), 1)) ** 2
+        out.append(_element(part.kind, placed, spread, own))
     return tuple(out), labels
 
 

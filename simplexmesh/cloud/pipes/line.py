@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 class Deviations(NamedTuple):
     """Standard deviations of the measures of an element, those that it has.
 
-    Where a line ends is known to the distance between its points; the deviations of its outer ends are those across.
+    Where a line ends is known to three distances between its points along it, as the deviation of a length there says;
+    the deviations of its outer ends are those across.
 
     Attributes
     ----------

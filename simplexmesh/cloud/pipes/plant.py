@@ -13,6 +13,7 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices, Mask
+from simplexmesh._base.errors import warn
 from simplexmesh._base.progress import Progress, part_of, reporting
 from simplexmesh.cloud.extraction.extract import extract_primitives
 from simplexmesh.cloud.extraction.result import Extraction
@@ -114,6 +115,11 @@ def extract_pipes(
     Plant
         The lines, none where there is no pipe.
 
+    Warns
+    -----
+    SimplexMeshWarning
+        No pipe has the radius that was asked for, but there are cylinders: it may be in another unit.
+
     References
     ----------
     T. Chaperon, thesis, Ecole des Mines de Paris, 2002, sections 3.2, 3.3 and 7.2.
@@ -133,13 +139,22 @@ def extract_pipes(
         scene = extract_primitives(data, rng=generator, progress=part_of(report, 0.0, PRIMITIVES))
         plant = _plant(data, scene, limits, reach, generator, part_of(report, PRIMITIVES, 1.0))
         report(1.0, "following pipes")
+    radii = [each.radius for each in scene.primitives if isinstance(each, Cylinder)]
+    if radii and not plant.lines and not any(_is_wanted(each, limits) for each in radii):
+        warn(f"no pipe has the radius that was asked for: cylinders have {min(radii):.4g} to {max(radii):.4g}")
     return replace(plant, cylinders=tuple(_left_over(scene, plant.labels, limits)))
+
+
+def _is_wanted(radius: float, limits: tuple[float, float]) -> bool:
+    """Whether a radius that was measured is within limits, or about one that is given."""
+    wanted = float(np.clip(radius, *limits))
+    return abs(radius - wanted) < ALIKE * wanted
 
 
 def _left_over(scene: Extraction, lines: Indices, limits: tuple[float, float]) -> Iterator[Cylinder]:
     """Yield the cylinders of a scene most of whose points are of no line."""
     for k, each in enumerate(scene.primitives):
-        wanted = isinstance(each, Cylinder) and limits[0] <= each.radius <= limits[1]
+        wanted = isinstance(each, Cylinder) and _is_wanted(each.radius, limits)
         if wanted and (lines[scene.labels == k] < 0).mean() > 0.5:
             yield cast(Cylinder, each)
 
@@ -182,9 +197,8 @@ def _in_cylinders(
     labels = scene.labels[kept]
     found = [(k, each) for k, each in enumerate(scene.primitives) if isinstance(each, Cylinder)]
     for k, each in sorted(found, key=lambda pair: any(_leaves(pair[1], run) for _, run in found)):
-        radius = float(np.clip(each.radius, *limits))
-        if taken[labels == k].mean() <= 0.5 and abs(each.radius - radius) < ALIKE * radius:
-            given = limits[0] == limits[1]
+        if taken[labels == k].mean() <= 0.5 and _is_wanted(each.radius, limits):
+            radius, given = float(np.clip(each.radius, *limits)), limits[0] == limits[1]
             points = np.asarray(tree.data)[~taken]
             around = Surroundings(points, radius, radius_is_given=given, noise=scene.noise)
             yield Beginning(around, _ends(each).mean(axis=0) - origin, each.axis, gap)

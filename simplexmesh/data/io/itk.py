@@ -196,7 +196,7 @@ def _reason(text: str) -> str:
     lines = [
         re.sub(r"^(sitk::ERROR|itk::ERROR|ITK ERROR): ", "", line) for line in lines if "Exception thrown" not in line
     ]
-    lines = [re.sub(r"^\w+\(0x[0-9a-f]+\): ", "", line) for line in lines]
+    lines = [re.sub(r"^\w+\(0x[0-9a-f]+\): ", "", line) for line in lines if line != "Reason: Success"]
     return re.sub(r"^\[nrrd\] \w+: ", "", lines[-1]).rstrip(".") if lines else "no reason given"
 
 

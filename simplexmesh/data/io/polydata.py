@@ -160,8 +160,9 @@ def vtk_reason(complaint: str) -> str:
     """Return the first sentence of what VTK printed."""
     lines = [line.strip() for line in complaint.splitlines() if line.strip()]
     lines = [line for line in lines if not line.startswith(("ERROR:", "Warning:", "Generic Warning:"))]
-    text = lines[0] if lines and not lines[0].startswith("Algorithm") else "it is damaged"
-    text = re.sub(r" ?\(0x[0-9a-f]+\)", "", text.split("): ", 1)[-1])
+    text = re.sub(r" ?\(0x[0-9a-f]+\)", "", lines[0].split("): ", 1)[-1]) if lines else "Algorithm"
+    if text.startswith("Algorithm"):  # which says what VTK did, not what the file lacks
+        return "it is damaged"
     return re.split(r"\.(?:\s|$)", text)[0][:200]  # it quotes words of the file, which may have any length
 
 

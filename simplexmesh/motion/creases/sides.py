@@ -76,7 +76,7 @@ class Sided(BuiltInTarget):
         ends = np.concatenate([mesh.vertices[path.steps] for path in paths])
         between = np.linspace(0, 1, 6)[:, None, None]
         lines = cKDTree(((1 - between) * ends[:, 0] + between * ends[:, 1]).reshape(-1, 3))
-        clear = lines.query(points)[0] > rounded
+        clear = (lines.query(points)[0] > rounded) & outward.any(axis=1)  # triangles without area have no side
         own = [np.flatnonzero(clear & (of_point == k)) for k in range(int(self.face_parts.max()) + 1)]
         self.targets = {
             k: Points(PointCloud(points[rows], outward[rows])) for k, rows in enumerate(own) if len(rows) >= FEWEST

@@ -54,17 +54,21 @@ def _normal_equations(points: Array, normals: Array, owner: Indices, count: int)
     square, right = np.zeros((6 * count, 6 * count)), np.zeros(6 * count)
     for k in range(count):
         at = np.flatnonzero(owner == k)
-        rows = -_of_neighbors(points, near[at], planes[at], owner, count)
-        rows[:, k] += plane_jacobian(points[at], planes[at])
-        rows = rows.reshape(len(at), -1)
-        square += (rows * weight[at, None]).T @ rows
-        right += rows.T @ (weight[at] * residual[at])
+        beside, owners = np.unique(owner[near[at]], return_inverse=True)
+        rows = -_of_neighbors(points, near[at], planes[at], owners.reshape(near[at].shape), len(beside))
+        rows[:, np.searchsorted(beside, k)] += plane_jacobian(points[at], planes[at])
+        rows, unknowns = rows.reshape(len(at), -1), (6 * beside[:, None] + np.arange(6)).ravel()
+        square[np.ix_(unknowns, unknowns)] += (rows * weight[at, None]).T @ rows
+        right[unknowns] += rows.T @ (weight[at] * residual[at])
     return square[6:, 6:], right[6:]
 
 
-def _of_neighbors(points: Array, near: Indices, planes: Array, owner: Indices, count: int) -> Array:
-    """Return the derivatives (m, count, 6) of where planes lie along their normals, by small motions of the scans."""
-    place = (np.arange(len(near))[:, None] * count + owner[near]).ravel()
+def _of_neighbors(points: Array, near: Indices, planes: Array, owners: Indices, count: int) -> Array:
+    """Return the derivatives (m, count, 6) of where planes lie along their normals, by small motions of the scans.
+
+    `owners` (m, k) are the scans, of `count`, of the neighbors `near` (m, k).
+    """
+    place = (np.arange(len(near))[:, None] * count + owners).ravel()
     share = 1 / near.shape[1]
     sums = [np.bincount(place, points[near, c].ravel() * share, len(near) * count) for c in range(3)]
     lever = np.stack(sums, axis=1).reshape(-1, count, 3)

@@ -249,7 +249,7 @@ def registered(scans: list[Scan], names: tuple[str, ...], report: Progress) -> R
     doubtful = rivaled(assembly, [found for found, _ in rejected])
     groups = sorted(map(tuple, assembly.groups), key=lambda group: (-len(group), group))
     flipped = tuple(k for k, scan in enumerate(scans) if scan.turned and scan.surface.given)
-    points = tuple(scan.center + scan.unit * scan.matched[0].points for scan in assembly.scans)
+    points = tuple(checks.frozen(scan.center + scan.unit * scan.matched[0].points) for scan in assembly.scans)
     return Registered(
         checks.frozen(poses), tuple(groups), edges, checks.frozen(residuals), checks.frozen(covariances), flipped,
         names, doubtful, points,

@@ -160,3 +160,31 @@ def test_pipes_whose_axes_meet_far_from_both_have_no_bend():
     one = np.column_stack([along, 0.05 * np.cos(turn), 0.05 * np.sin(turn)])
     out = sm.extract_primitives(np.concatenate([one, one[:, [1, 0, 2]]]))
     assert [each.kind for each in out.primitives] == ["cylinder", "cylinder"]
+
+
+@pytest.mark.parametrize("most", [100_000, 1500])
+def test_strays_beyond_an_end_are_not_of_a_pipe(monkeypatch, most):
+    monkeypatch.setattr("simplexmesh.cloud.extraction.working.MOST", most)
+    pipe, points = made("cylinder", noise=0.01)
+    beyond = pipe.at([[0.5, 2.5], [2, -2.6], [-2, 3.5], [1, -4]])  # on its surface, but there is no pipe
+    scene = sm.extract_primitives(np.concatenate([points, beyond]))
+    (found,) = scene.primitives
+    assert set(scene.labels[-4:]) == {-1}
+    assert (scene.labels >= 0).mean() > 0.98
+    assert (
+        np.abs(np.abs((found.at(np.column_stack([[0, 0], found.extent[1]])) - pipe.point) @ pipe.axis) - 2).max() < 0.05
+    )
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_of_beams_and_floors_there_are_no_cylinders(seed):
+    """Protocol P11: three pipes, a beam of three plates and a floor; the thesis finds two more (6.3)."""
+    rng = np.random.default_rng(seed)
+    pipes = [Cylinder([0, 0.5 * k, 0.6], [1, 0, 0], radius) for k, radius in enumerate((0.08, 0.12, 0.16))]
+    parts = [pipe.at(rng.uniform([-np.pi, -1], [np.pi, 1], (2500, 2))) for pipe in pipes]
+    for middle, size in (((0, 2, 0.5), (2, 0.3, 0)), ((0, 2, 0.9), (2, 0.3, 0)), ((0, 2, 0.7), (2, 0, 0.4))):
+        parts.append(middle + np.array(size) * rng.uniform(-0.5, 0.5, (1500, 3)))  # flanges and web
+    parts.append(rng.uniform([-1.5, -0.5, 0], [1.5, 2.5, 0], (4000, 3)))
+    points = np.concatenate(parts)
+    found = sm.extract_primitives(points + rng.normal(0, 0.003, points.shape), kinds=["cylinder"], rng=seed).primitives
+    assert sorted(round(each.radius, 2) for each in found) == [0.08, 0.12, 0.16]

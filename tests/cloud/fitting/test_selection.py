@@ -50,7 +50,7 @@ def test_table_of_the_thesis(kind, seed):
 def test_exact_and_robust_choices(kind):
     primitive, points = exact(kind)
     assert same(sm.fit_primitive(points, "any"), primitive)
-    cloud = with_outliers(noisy(kind, 800)[1], 0.2, np.random.default_rng(0))[0]
+    cloud = with_outliers(noisy(kind, 400)[1], 0.2, np.random.default_rng(0))[0]
     assert sm.fit_primitive(cloud, "any", robust=True).kind == kind
 
 

@@ -155,9 +155,11 @@ class TestDiameters:
         line = followed(chain, hidden=(chain.stations[2] + 0.7, np.inf), radius=1.01)
         assert {element.radius for element in line.elements} == {1.01}
 
-    def test_another_radius_than_asked_for_is_named(self):
+    @pytest.mark.parametrize("radius", [(1.3, 1.9), 1000.0, 0.001])
+    def test_another_radius_than_asked_for_is_named(self, radius):
+        """Also one in another unit than the cloud's."""
         with pytest.raises(ValueError, match=r"^radius must be that of the pipe at pick, about (1|0\.9\d+|1\.0\d+)$"):
-            followed(elbow(3.0), radius=(1.3, 1.9))
+            followed(elbow(3.0), radius=radius)
 
 
 class TestLines:

@@ -75,6 +75,7 @@ def test_cylinders_too_short_for_lines_are_told():
     (line,), (shell,) = plant.lines, plant.cylinders
     assert_allclose([line.chain.radii[0], shell.radius, np.ptp(shell.extent[1])], [1, 4, 9], rtol=0.02)
     assert sm.extract_pipes(points, radius=(0.5, 2)).cylinders == ()
+    assert len(sm.extract_pipes(points, radius=4.05).cylinders) == 1
 
 
 @pytest.mark.parametrize("length", [8.0, 26.0])
@@ -137,6 +138,12 @@ def test_there_are_none_where_there_is_no_pipe(shape):
 def test_radii_may_be_bounded():
     plant = sm.extract_pipes(np.concatenate(two_lines()), radius=(0.3, 0.7))
     assert [len(line.elements) for line in plant.lines] == [1]
+
+
+def test_a_radius_in_another_unit_is_told():
+    points = np.concatenate(two_lines())
+    with pytest.warns(sm.SimplexMeshWarning, match=r"^no pipe has the radius .*: cylinders have 0\.\d+ to [01]\.?\d*$"):
+        assert sm.extract_pipes(points, radius=1000).lines == ()
 
 
 @pytest.mark.nightly

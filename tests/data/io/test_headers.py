@@ -118,6 +118,27 @@ def test_the_first_sentence_of_vtk_is_told_whatever_the_file_says(sound, digits,
     assert not complaint(tmp_path / "a.vtp")
 
 
+@pytest.mark.parametrize(
+    ("name", "text", "told"),
+    [
+        ("a.vtk", "# vtk DataFile Version 3.0\nx\nASCII\nDATASET WORD\n", "it is damaged"),
+        (
+            "a.mha",
+            "ObjectType = Image\nNDims = 3\nDimSize = 2 2 2\nElementType = WORD\nElementDataFile = LOCAL\n",
+            "volume",
+        ),
+        ("a.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty WORD x\nend_header\n0\n", "field type 'q"),
+    ],
+)
+def test_long_words_are_told_in_short(name, text, told, tmp_path):
+    (tmp_path / name).write_text(text.replace("WORD", "q" * 3000))
+    with pytest.raises(OSError, match=told) as error:
+        sm.read(tmp_path / name)
+    assert len(str(error.value)) < 300
+    assert "Algorithm" not in str(error.value)
+    assert "Success" not in str(error.value)
+
+
 def test_a_process_that_ends_or_hangs_is_a_damaged_file(sound, monkeypatch):
     for name, seconds in (("SECONDS", 0.0), ("SECONDS", -1.0), ("BUSY_SECONDS", 0)):
         monkeypatch.undo()

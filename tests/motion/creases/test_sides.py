@@ -18,3 +18,16 @@ def test_both_sides_of_a_thin_body_keep_their_data():
     inner = np.hypot(*flat.vertices[:, :2].T) < 0.7
     gaps = [target.gap(flat.vertices, flat.normals, 0.2)[inner] for target in (sided, whole)]
     assert np.abs(gaps).max() < 0.001
+
+
+def test_points_beside_a_face_without_area_are_of_no_part():
+    ball = sm.sphere(8)
+    vertices = ball.vertices.copy()
+    collapsed = list(ball.faces[20])
+    vertices[collapsed] = 1.2 * vertices[collapsed].mean(axis=0)
+    spike = ball.moved(vertices)
+    points = np.vstack([spike.triangulated().sampled(2000, rng=0).points, 1.01 * vertices[collapsed[0]]])
+    edge = spike.connectivity.edge_vertices[0].astype(np.int64)
+    path = Path(0, edge, vertices[edge], closed=False)
+    sided = Sided(spike, [path], points, sm.targets.Points(sm.PointCloud(points)), 0.0)
+    assert np.abs(np.linalg.norm(sided.targets[0].cloud.normals, axis=1) - 1).max() < 1e-12

@@ -128,7 +128,7 @@ def rods(seed):
 
 
 @pytest.mark.parametrize(("body", "vertices"), [(shell, 8000), (rods, 4000)])
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.nightly)])
 def test_thin_bodies_start_and_end_untangled_and_close_to_their_labels(body, vertices, seed):
     volume = Volume(body(seed).astype(np.uint8))
     out = reconstruct(volume, label=1, vertices=vertices, tunnels=0.0)

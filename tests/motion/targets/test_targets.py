@@ -131,8 +131,7 @@ def test_objects_cut_by_the_border_are_closed_there(axis, inside):
     assert_allclose(gaps[2], 6 * spacing[axis], atol=1e-9)
 
 
-@pytest.mark.parametrize("kind", TYPES)
-@pytest.mark.parametrize("order", ["C", "F"])
+@pytest.mark.parametrize(("kind", "order"), [*((kind, "C") for kind in TYPES), ("uint8", "F"), ("float64", "F")])
 def test_all_types_and_layouts_give_the_same_gaps(kind, order):
     rng = np.random.default_rng(3)
     smooth = gaussian_filter(rng.normal(size=(14, 12, 10)), 1.2)

@@ -572,7 +572,13 @@ class TestCommand:
 
 
 @pytest.mark.filterwarnings("ignore:merged:simplexmesh._base.errors.SimplexMeshWarning")
-@pytest.mark.parametrize("name", ["rabbit_scan.vtk", "part_scan.ply", "lion_head.off", "mannequin.off"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "rabbit_scan.vtk",
+        *(pytest.param(n, marks=pytest.mark.nightly) for n in ("part_scan.ply", "lion_head.off", "mannequin.off")),
+    ],
+)
 def test_open_scans_from_a_sphere(data_folder, name):
     scan = sm.read(data_folder / name)
     model = sm.reconstruct(scan, init="sphere", vertices=2000)

@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 
 import simplexmesh as sm
 from simplexmesh.recognition.register.oriented_points import oriented_points
+from simplexmesh.recognition.scans import assembly
 from simplexmesh.recognition.scans.adjustment import adjusted
 from simplexmesh.recognition.scans.pose_graph import motions
 from tests.recognition.scans.test_register_all import off, views
@@ -28,11 +29,17 @@ def test_poses_that_were_moved_come_back():
     assert angles(true, found).max() < 0.15
 
 
-def test_errors_are_about_those_stated():
-    ratios = []
+def test_errors_are_about_those_stated_and_less_than_from_pairs_alone(monkeypatch):
+    ratios, errors = [], []
     for seed in (3, 4):
         scans, poses = views(5, np.random.default_rng(seed))
         found = sm.register_all(scans)
+        with monkeypatch.context() as patch:
+            patch.setattr(assembly, "adjusted", lambda scans, poses: poses)
+            of_pairs = sm.register_all(scans)
         stated = np.degrees(np.sqrt(np.trace(found.covariance[1:, :3, :3], axis1=1, axis2=2)))
-        ratios.append(off(found, poses, range(5))[0][1:] / stated)
+        errors.append([off(each, poses, range(5))[0][1:] for each in (found, of_pairs)])
+        ratios.append(errors[-1][0] / stated)
     assert 0.3 < np.sqrt(np.mean(np.square(ratios))) < 2
+    together, alone = np.sqrt(np.mean(np.square(errors), axis=(0, 2)))
+    assert together < 0.8 * alone

@@ -68,7 +68,7 @@ def beginning(tree: cKDTree, place: Array, limits: tuple[float, float], gap: flo
         cylinder = free_cylinder(points[near])
         if cylinder is None or cylinder.radius > FLAT * away[-1]:
             continue
-        found = _confirmed(tree, points[nearest], cylinder, limits, noise)
+        found = _confirmed(tree, points[nearest], cylinder, noise)
         if found is None:
             continue
         if limits[0] * 0.9 <= found.radius <= limits[1] * 1.1:
@@ -85,12 +85,8 @@ def beginning(tree: cKDTree, place: Array, limits: tuple[float, float], gap: flo
     return max(begun, key=lambda each: len(each.track.steps))
 
 
-def _confirmed(
-    tree: cKDTree, place: Array, cylinder: Cylinder, limits: tuple[float, float], noise: float
-) -> Cylinder | None:
+def _confirmed(tree: cKDTree, place: Array, cylinder: Cylinder, noise: float) -> Cylinder | None:
     """Return a cylinder fitted again to the points around a place that face as it does; None if they are not on one."""
-    if not 0.5 * limits[0] <= cylinder.radius <= 2 * limits[1]:
-        return None
     for _ in range(2):
         near = np.asarray(tree.data)[tree.query_ball_point(place, NEAR * cylinder.radius)]
         if len(near) < FEWEST // 4:
