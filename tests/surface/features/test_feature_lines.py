@@ -11,6 +11,10 @@ from skimage.measure import marching_cubes
 
 import simplexmesh as sm
 from simplexmesh.data.conversion import as_triangles
+from simplexmesh.mesh import manifold
+from simplexmesh.surface.features.lines import creases
+from simplexmesh.surface.features.lines.edge_sets import Edges
+from simplexmesh.surface.features.lines.normals import sampled
 from tests.surface.features.sheets import folded, mean_edge, shaken, sheet
 
 
@@ -282,3 +286,18 @@ def test_arrays_of_a_network_are_read_only():
     for array in (network.node_vertices, network.nodes, network.lines[0].points):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 0
+
+
+@pytest.mark.parametrize(("degrees", "kept"), [(75, True), (105, False)])
+def test_what_closes_a_gap_is_measured(degrees, kept):
+    """It is as sharp as the rest of the line, and not flat, by which a quarter of the rim would take the rest away."""
+    can = shaken(CAN, 0.02)
+    mates = manifold.half_edge_mates(can.faces).ravel()
+    facets, normals, exact = sampled(can.vertices, can.faces.astype(np.int64), mates)
+    surface = creases.FilteredSurface(Edges(facets), normals, exact)
+    rims = surface.bends > 1
+    gap = rims & (can.vertices[surface.edges.ends, :2].mean(axis=1) > 0).all(axis=1)
+    least = np.full(len(rims), np.radians(degrees))
+    jumps = surface.jumps_at(rims & ~gap, rims)[0]
+    found = creases._cleaned(surface, rims & ~gap, jumps, least, least)
+    assert np.array_equal(found, rims if kept else np.zeros_like(rims))

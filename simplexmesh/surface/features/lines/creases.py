@@ -31,9 +31,6 @@ SHARP = 0.8
 ROUNDS = 2
 """Of finding jumps: in the second, windows see past what was none in the first."""
 
-MANY = 0.1
-"""Of the edges: so many must be without exact normals to be ordinary; in files of CAD those left are at creases."""
-
 EDGE = 0.8
 """Share of what whole lines need that a single edge must have."""
 
@@ -150,10 +147,9 @@ def creases(vertices: Array, faces: Indices, mates: Indices, angle: float) -> Cr
     biased = max(min(DEFAULT_ANGLE, angle), BIAS * angle)
     ordinary = np.maximum(biased, STANDING_OUT * _ordinary_jumps(surface))
     for _ in range(ROUNDS):
-        strengths, *_, bendings = surface.jumps_at(chosen, strengths > STRONG)
-        least = np.maximum(ordinary, np.minimum(ROUND, surface.scales * bendings))
+        strengths, least = _measured(surface, chosen, strengths, ordinary)
         chosen = chosen & (strengths > EDGE * least)
-    found = surface.creases_at(_cleaned(surface, chosen, strengths, least))
+    found = surface.creases_at(_cleaned(surface, chosen, strengths, ordinary, least))
 
     def strength(lines: Chains) -> Array:
         return np.minimum(lines.mean(found.jumps) - angle, lines.mean(found.biased) - biased)
@@ -167,12 +163,12 @@ def creases(vertices: Array, faces: Indices, mates: Indices, angle: float) -> Cr
 def _ordinary_jumps(surface: FilteredSurface) -> Array:
     """Return the jump (e,) that is ordinary: the median at edges whose triangles' normals are not exact, from a sample.
 
-    It is 0 if few are such. On simplified surfaces, where noise turns slivers by much and large triangles by little,
+    It is 0 if none is such. On simplified surfaces, where noise turns slivers by much and large triangles by little,
     each edge has the median of jumps over that, times that, and sharp edges are no ordinary ones.
     """
     edges, sharp, simplified = surface.edges, surface.bends > STRONG, surface.edges.facets.simplified
     vague = np.flatnonzero(~surface.exact[edges.sides].any(axis=1) & ~(simplified & sharp))
-    if len(vague) < MANY * len(sharp) or not len(vague):
+    if not len(vague):
         return np.zeros(len(sharp))
     some = np.zeros(len(sharp), bool)
     some[vague[:: max(1, len(vague) // SAMPLE)]] = True
@@ -183,7 +179,13 @@ def _ordinary_jumps(surface: FilteredSurface) -> Array:
     return np.minimum(tilts * np.median(jumps[some] / tilts[some]), SHARP / STANDING_OUT)
 
 
-def _cleaned(surface: FilteredSurface, chosen: Mask, jumps: Array, least: Array) -> Mask:
+def _measured(surface: FilteredSurface, at: Mask, strengths: Array, ordinary: Array) -> tuple[Array, Array]:
+    """Return the jumps (e,) `at` some edges, past those of known strengths, and by how much a crease jumps there."""
+    jumps, *_, bendings = surface.jumps_at(at, strengths > STRONG)
+    return jumps, np.maximum(ordinary, np.minimum(ROUND, surface.scales * bendings))
+
+
+def _cleaned(surface: FilteredSurface, chosen: Mask, jumps: Array, ordinary: Array, least: Array) -> Mask:
     """Return edges as clean lines: gaps closed, duplicates and crumbs gone, each line a crease on the whole."""
     edges, scales, kept = surface.edges, surface.scales, surface.exact | surface.edges.facets.simplified
     costs = edges.lengths * np.maximum(0.1, 1 - surface.bends / np.radians(20))
@@ -198,5 +200,8 @@ def _cleaned(surface: FilteredSurface, chosen: Mask, jumps: Array, least: Array)
         chosen = edges.without_small(chosen, jumps, kept)
         chosen = edges.pruned(chosen, SHORTEST * scales)
         if bridging:
-            chosen = edges.bridged(chosen, costs, most)
+            bridges = edges.bridged(chosen, costs, most) & ~chosen
+            chosen = chosen | bridges
+            there = _measured(surface, bridges, jumps, ordinary)
+            jumps, least = np.where(bridges, there, (jumps, least))
     return chosen
