@@ -32,6 +32,9 @@ MOST_LEFT_OUT = 0.1
 LEAST_TOLD = 0.001
 """Share of samples on pieces too small for a mesh from which a warning is given: most labels have stray voxels."""
 
+MOST_BARE = 0.9
+"""Share of the closed mesh around points that may be far from all of them; few and scattered points show no surface."""
+
 START_SHARE = 0.42
 """Fraction of the vertices in the start when refinement adds the others: 720 of 1,700, as in the thesis."""
 
@@ -173,6 +176,8 @@ class PointsInput(Input):
         cloud = self.source
         options: Any = {"components": self.components, "tunnels": tunnels or 0.0}
         start = start_from_points(cloud, vertices, **options)
+        if start.report.openness > 2 * MOST_BARE:
+            raise ValueError("data must have more points, or more alike distances: they show no surface as they are")
         if start.report.is_open and cloud.normals is not None:
             other = start_from_points(replace(cloud, normals=None), vertices, **options)
             if not other.report.is_open:

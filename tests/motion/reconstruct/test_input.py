@@ -357,3 +357,9 @@ def test_a_model_of_closed_data_has_data_everywhere(body, noise):
     model = sm.reconstruct(points, vertices=300, creases="none")
     assert model.bare == 0
     assert "without data" not in repr(model)
+
+
+@pytest.mark.parametrize("count", [4, 8, 24])
+def test_points_too_few_to_show_a_surface_are_refused(count):
+    with pytest.raises(ValueError, match="data must have more points"):
+        sm.reconstruct(sm.sphere(10).vertices[:: 200 // count][:count], vertices=500)
