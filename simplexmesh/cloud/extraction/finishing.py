@@ -36,6 +36,6 @@ def labeled(work: Working, state: Parts, points: Array) -> Indices:
 
 def described(primitive: Primitive, points: Array, rng: np.random.Generator) -> Primitive:
     """Return a primitive with how it fits points; whether that is valid is tested when asked for."""
-    primitive = primitive.centered(points)
+    primitive = primitive.centered(points).aligned(points)
     tests = deferred_tests(primitive, points, np.ones(primitive.n_parameters, bool), rng)
     return primitive.with_fit(fit_of(primitive, points, tests=tests))

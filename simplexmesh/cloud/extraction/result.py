@@ -157,6 +157,7 @@ def _plain(primitive: Primitive) -> dict[str, Any]:
             "rms": fit.rms,
             "count": fit.count,
             "extent": fit.extent.tolist(),
+            "across": primitive.frame[0].tolist(),
             "parameters": list(primitive.parameter_names),
             "covariance": fit.covariance.tolist() if np.isfinite(fit.covariance).all() else None,
         }

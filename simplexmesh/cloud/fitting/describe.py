@@ -18,6 +18,7 @@ from simplexmesh.data.primitives import Primitive, fit_of
 def described(primitive: Primitive, given: Given, used: Mask, mask: Mask | None) -> Primitive:
     """Return a primitive with how it was fitted to points."""
     points = given.points[used]
+    primitive = primitive.aligned(points)
     free = np.ones(primitive.n_parameters, bool) if mask is None else ~mask
     tests = None
     if primitive.per_point == 1:

@@ -90,7 +90,7 @@ class Primitive:
     @cache
     def _names(cls) -> tuple[str, ...]:
         """Return the names of place, direction, and the measures of the shape."""
-        return tuple(each.name for each in fields(cast(Any, cls)) if each.name != "fit")
+        return tuple(each.name for each in fields(cast(Any, cls)) if each.name not in ("fit", "across"))
 
     @property
     def _pose(self) -> tuple[Array, Array]:
@@ -123,8 +123,7 @@ class Primitive:
     @cached_property
     def frame(self) -> Array:
         """(3, 3): rows are two directions across the axis, the first where angles begin, and the axis."""
-        axis = self._pose[1]
-        return checks.frozen(np.stack([*tangents(axis), axis]))
+        return checks.frozen(np.stack([*self._across(), self._pose[1]]))
 
     @property
     def rms(self) -> float:
@@ -194,6 +193,10 @@ class Primitive:
         along = self.frame[free]
         to = checks.array("points", points, (None, 3)).mean(axis=0) - origin
         return self._with(origin + (to @ along.T) @ along, axis, *self._shape)
+
+    def aligned(self, points: Array) -> Self:
+        """Return the same surface, where it has a choice with coordinates along the sides of points (n, 3) of it."""
+        return self
 
     def with_fit(self, fit: Fit) -> Self:
         """Return it with how it was fitted."""
@@ -290,6 +293,10 @@ class Primitive:
         if self.extent is not None:
             met &= patch.inside(self.coordinates(at), self.extent, self.periods)
         return np.where(met, way, np.nan)
+
+    def _across(self) -> tuple[Array, Array]:
+        """Return two directions across the axis."""
+        return tangents(self._pose[1])
 
     def _scaled(self, scale: float) -> tuple[float, ...]:
         """Return the measures of the shape when lengths are scaled."""

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.spatial import ConvexHull, QhullError
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
+from simplexmesh._base.vectors import normalized
 from simplexmesh.data.primitives import _kernels_profiles
 from simplexmesh.data.primitives.base import Primitive
 from simplexmesh.data.primitives.fits import Fit
@@ -25,6 +27,9 @@ class Plane(Primitive):
         A point of it, from which the coordinates count.
     normal : (3,) array of float
         Unit normal, towards where distances are positive.
+    across : (3,) array of float, optional
+        Unit vector in the plane along which the first coordinate counts; of a fitted one along a side of the smallest
+        rectangle around its points.
 
     Examples
     --------
@@ -42,6 +47,35 @@ class Plane(Primitive):
     point: Array
     normal: Array
     fit: Fit | None = None
+    across: Array | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.across is not None:
+            across = checks.array("across", self.across, (3,))
+            across = normalized(across - (across @ self.normal) * self.normal)
+            if not across.any():
+                raise ValueError("across must have a direction in the plane")
+            object.__setattr__(self, "across", checks.frozen(across))
+
+    def transformed(self, T_target_source: ArrayLike) -> Self:
+        """Return it in the target frame of a similarity (4, 4), without its fit."""
+        moved = super().transformed(T_target_source)
+        if self.across is None:
+            return moved
+        return replace(moved, across=np.asarray(T_target_source, float)[:3, :3] @ self.across)
+
+    def aligned(self, points: Array) -> Self:
+        """Return the same plane with coordinates along the sides of the smallest rectangle around points (n, 3)."""
+        at = self.coordinates(points)
+        try:
+            hull = at[ConvexHull(at).vertices]
+        except QhullError:  # they are on a line
+            return self
+        sides = normalized(np.diff(hull, axis=0, append=hull[:1]))
+        widths = np.ptp(hull @ sides.T, axis=0)
+        heights = np.ptp(hull @ np.stack([-sides[:, 1], sides[:, 0]]), axis=0)
+        return replace(self, across=sides[np.argmin(widths * heights)] @ self.frame[:2])
 
     def coordinates(self, points: ArrayLike) -> Array:
         """Return the lengths (n, 2) along the first two rows of the frame."""
@@ -50,6 +84,11 @@ class Plane(Primitive):
     def at(self, coordinates: ArrayLike) -> Array:
         """Return the points (n, 3) of such lengths (n, 2)."""
         return self.point + checks.array("coordinates", coordinates, (None, 2)) @ self.frame[:2]
+
+    def _across(self) -> tuple[Array, Array]:
+        if self.across is None:
+            return super()._across()
+        return self.across, np.cross(self.normal, self.across)
 
     def _area_density(self, uv: Array) -> Array:
         return np.ones(len(uv))

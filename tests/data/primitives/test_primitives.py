@@ -269,3 +269,32 @@ def test_a_whole_circle_has_all_its_points():
     circle = P.Circle([0, 0, 0], [0, 0, 1], 1.0)
     assert np.allclose(np.linalg.norm(circle.sampled(50, rng=0).points, axis=1), 1)
     assert np.allclose(circle.bounds, [[-1, -1, 0], [1, 1, 0]], atol=1e-6)
+
+
+@given(seed=st.integers(0, 1000))
+def test_a_fitted_plane_ends_with_the_smallest_rectangle_around_its_points(seed):
+    rng = np.random.default_rng(seed)
+    turn, sides = Rotation.random(rng=rng).as_matrix(), np.array([3.0, 1.0])
+    corners = np.array([[x, y, 0] for x in (-0.5, 0.5) for y in (-0.5, 0.5)]) * [3, 1, 0]
+    flat = np.concatenate([corners, (rng.random((200, 3)) - 0.5) * [3, 1, 0]])
+    plane = sm.fit_primitive(flat @ turn.T + [5, 6, 7], "plane")
+    assert_allclose(np.sort(np.ptp(plane.extent, axis=1)), np.sort(sides), rtol=1e-9)
+    assert_allclose(plane.triangulated().area, 3, rtol=1e-9)
+    assert_allclose(plane.at(plane.coordinates(flat)), plane.projected(flat), atol=1e-12)
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = 2 * Rotation.random(rng=rng).as_matrix(), rng.normal(size=3)
+    moved = plane.transformed(T)
+    at = plane.coordinates(flat)
+    assert_allclose(moved.at(2 * at), plane.at(at) @ T[:3, :3].T + T[:3, 3], atol=1e-9)
+
+
+def test_a_direction_of_coordinates_is_in_the_plane():
+    plane = P.Plane([0, 0, 1], [0, 0, 2], across=[1, 1, 5])
+    assert_allclose(plane.at([[np.sqrt(2), 0]]), [[1, 1, 1]], atol=1e-12)
+    with pytest.raises(ValueError, match="across must have a direction in the plane"):
+        P.Plane([0, 0, 1], [0, 0, 2], across=[0, 0, 3])
+
+
+def test_points_on_a_line_leave_the_coordinates_of_a_plane():
+    plane = P.Plane([0, 0, 0], [0, 0, 1])
+    assert plane.aligned(np.arange(5)[:, None] * [1.0, 2, 0]) is plane
