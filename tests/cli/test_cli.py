@@ -93,7 +93,7 @@ class TestHelp:
 
     def test_is_installed(self):
         done = subprocess.run(
-            [sys.executable, "-c", "from simplexmesh.cli import main; main()", "--version"],
+            [sys.executable, "-m", "simplexmesh", "--version"],
             capture_output=True,
             text=True,
             check=True,
