@@ -83,8 +83,8 @@ class Registered:
     residuals : (e,) array of float
         How far the poses move each pair from where it fits best, root mean square over the source, in the data's unit.
     covariance : (n, 6, 6) array of float
-        Of a small motion after each pose: a rotation vector in radians about the world's origin, and a shift. Zero for
-        the first scan of a group.
+        Of a small motion after each pose: a rotation vector in radians about the world's origin, and a shift, by
+        what pairs tell, before all poses are refined together. Zero for the first scan of a group.
     flipped : tuple of int
         Scans whose own normals point the other way than those of most of their group that have any.
     names : tuple of str
