@@ -115,7 +115,7 @@ def run(*command, display=None, **variables):
 
 @pytest.mark.slow
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the others have a display")
-@pytest.mark.parametrize("display", [None, NOWHERE])
+@pytest.mark.parametrize("display", [pytest.param(None, marks=pytest.mark.nightly), NOWHERE])
 def test_nothing_is_said_of_x_servers(display, tmp_path):
     sm.sphere(4).save(tmp_path / "ball.vtp")
     command = f"import os; os.chdir({str(tmp_path)!r}); from simplexmesh.cli import main; main(['view', 'ball.vtp'])"

@@ -11,6 +11,7 @@ from simplexmesh.motion.targets.triangles import inside_surface, surface_distanc
 
 pytestmark = pytest.mark.data
 
+OFTEN_SHOWN = ("ellipsoid.off", "torus.stl", "eight.off")
 CLOSED = {
     "ellipsoid.off": 0,
     "torus.stl": 1,
@@ -42,7 +43,9 @@ def assert_sound(model, genus):
     assert model.mesh.volume > 0
 
 
-@pytest.mark.parametrize("name", CLOSED)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.nightly] * (name in OFTEN_SHOWN)) for name in CLOSED]
+)
 @pytest.mark.filterwarnings("ignore::simplexmesh._base.errors.SimplexMeshWarning")  # spot's texture seams are welded
 def test_closed_shapes_from_points_without_normals(data_folder, name):
     points = points_of(data_folder / name, seed=3)
