@@ -16,6 +16,9 @@ from simplexmesh.data.primitives import _kernels_profiles
 from simplexmesh.data.primitives.base import Primitive
 from simplexmesh.data.primitives.fits import Fit
 
+ROUNDING = 1e-12
+"""Share of the greatest coordinate: a rectangle that is less wide is a line."""
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Plane(Primitive):
@@ -75,7 +78,10 @@ class Plane(Primitive):
         sides = normalized(np.diff(hull, axis=0, append=hull[:1]))
         widths = np.ptp(hull @ sides.T, axis=0)
         heights = np.ptp(hull @ np.stack([-sides[:, 1], sides[:, 0]]), axis=0)
-        return replace(self, across=sides[np.argmin(widths * heights)] @ self.frame[:2])
+        least = int(np.argmin(widths * heights))
+        if min(widths[least], heights[least]) < ROUNDING * np.abs(points).max():  # but for rounding
+            return self
+        return replace(self, across=sides[least] @ self.frame[:2])
 
     def coordinates(self, points: ArrayLike) -> Array:
         """Return the lengths (n, 2) along the first two rows of the frame."""

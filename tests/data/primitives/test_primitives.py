@@ -298,3 +298,4 @@ def test_a_direction_of_coordinates_is_in_the_plane():
 def test_points_on_a_line_leave_the_coordinates_of_a_plane():
     plane = P.Plane([0, 0, 0], [0, 0, 1])
     assert plane.aligned(np.arange(5)[:, None] * [1.0, 2, 0]) is plane
+    assert plane.aligned(np.arange(5)[:, None] * [1.0, 2, 0] + [1e6 / 3, 1e6 / 7, 0]) is plane
