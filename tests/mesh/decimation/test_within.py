@@ -124,14 +124,10 @@ def loaded(folder, name):
     return dual(marching_cubes(np.pad(values, 1), 600)[:2])
 
 
+@pytest.mark.nightly
 @pytest.mark.filterwarnings("ignore:triangles repaired", "ignore:.* fold or cross")
 @pytest.mark.parametrize(
-    ("name", "part", "most"),
-    [
-        ("fandisk", 0.01, 420),
-        pytest.param("coupling", 0.01, 1400, marks=pytest.mark.nightly),
-        pytest.param("tooth", 0.005, 1100, marks=pytest.mark.nightly),
-    ],
+    ("name", "part", "most"), [("fandisk", 0.01, 420), ("coupling", 0.01, 1400), ("tooth", 0.005, 1100)]
 )
 def test_a_tolerance_holds_on_data_and_few_vertices_stay(data_folder, name, part, most):
     mesh = loaded(data_folder, name)

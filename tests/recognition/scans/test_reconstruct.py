@@ -86,6 +86,7 @@ def test_bodies_that_do_not_meet_keep_their_frames_and_this_is_told(shift):
     assert found is None
 
 
+@pytest.mark.nightly
 def test_a_scan_of_something_else_is_left_out_by_name(scans, tmp_path):
     paths = []
     for k, scan in enumerate([*scans[0], sm.torus(radius=2.0, tube_radius=0.5).vertices]):

@@ -125,6 +125,7 @@ class TestPoses:
         assert any("ambiguous" in repr(edge) for edge in found.edges)
         assert found.doubtful == (0, 1)
 
+    @pytest.mark.nightly
     def test_of_a_nearly_symmetric_body_are_right_or_told_to_be_doubtful(self, recwarn):
         """An ellipsoid with a low bump that some of the views see, so that its half turns are no symmetries."""
         body = sm.ellipsoid((3, 2, 1.3), 20)
