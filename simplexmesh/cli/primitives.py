@@ -68,7 +68,7 @@ def primitives(
 def pipes(
     path: PointsPath,
     output: Output = None,
-    bill: Annotated[Path | None, typer.Option("--table", "--csv", help="Write a bill of materials: .csv.")] = None,
+    bill: Annotated[Path | None, typer.Option("--table", help="Write a bill of materials: .csv.")] = None,
     pick: Annotated[str | None, typer.Option(help="Only the pipe at this point: x,y,z.")] = None,
     radius: Annotated[float | None, typer.Option(help="Radius of the pipes, in the file's unit, if known.")] = None,
     mesh: Mesh = None,

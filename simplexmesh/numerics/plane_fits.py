@@ -31,8 +31,8 @@ class Planes:
 def planes(points: Array) -> Planes:
     """Return the planes through the nearest neighbors of each point: 16, or 40 if the noise exceeds 0.45 spacings."""
     tree = cKDTree(points)
-    some, count = _fit_some(tree)
-    return some if len(some.normals) == len(points) else _fit(tree, points, count)
+    some = _fit_some(tree)
+    return some if len(some.normals) == len(points) else _fit(tree, points, some.neighbors)
 
 
 def thinned(points: Array) -> Array:
@@ -41,8 +41,8 @@ def thinned(points: Array) -> Array:
     Neighbors nearer than that lie about a point in all directions, and tell no plane.
     """
     while True:
-        some, count = _fit_some(cKDTree(points))
-        if some.noise <= some.spacing or count < MANY_NEIGHBORS:
+        some = _fit_some(cKDTree(points))
+        if some.noise <= some.spacing or some.neighbors < MANY_NEIGHBORS:
             return points
         points = points[::2]
 
@@ -54,12 +54,12 @@ def spacing_of(tree: cKDTree) -> float:
     return spacing_within(distance, count)
 
 
-def _fit_some(tree: cKDTree) -> tuple[Planes, int]:
+def _fit_some(tree: cKDTree) -> Planes:
     """Return planes at some of the points of a tree, through as many neighbors as their noise asks for."""
     some = _fit(tree, _some(tree), min(FEW_NEIGHBORS, tree.n))
     if some.noise > NOISE_RATIO * some.spacing and tree.n > 2 * MANY_NEIGHBORS:
-        return _fit(tree, _some(tree), MANY_NEIGHBORS), MANY_NEIGHBORS
-    return some, min(FEW_NEIGHBORS, tree.n)
+        return _fit(tree, _some(tree), MANY_NEIGHBORS)
+    return some
 
 
 def _some(tree: cKDTree) -> Array:
@@ -90,6 +90,5 @@ def sided(points: Array, normals: Array, neighbors: int) -> Array:
 def _fit(tree: cKDTree, places: Array, count: int) -> Planes:
     distance, near = tree.query(places, k=count, workers=-1)
     normals, variance, projected = fitted(tree.data, near)
-    return Planes(
-        normals, projected, spacing_within(distance[:, -1], count), float(np.sqrt(np.median(variance))), count
-    )
+    noise = float(np.sqrt(np.median(variance)))
+    return Planes(normals, projected, spacing_within(distance[:, -1], count), noise, count)

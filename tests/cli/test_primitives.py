@@ -70,7 +70,7 @@ class TestPipes:
         np.testing.assert_array_equal(data["intensity"], np.arange(8000))
 
     def test_writes_elements_and_a_bill(self, command, scan, tmp_path):
-        code, out, _ = command("pipes", scan, "-o", tmp_path / "out.json", "--csv", tmp_path / "out.csv")
+        code, out, _ = command("pipes", scan, "-o", tmp_path / "out.json", "--table", tmp_path / "out.csv")
         assert code == 0
         assert "straight" in out
         (line,) = json.loads((tmp_path / "out.json").read_text())["lines"]

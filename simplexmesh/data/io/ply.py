@@ -74,9 +74,8 @@ def _contents(path: Path) -> Contents:
                     return _text_contents(path.read_bytes())
             return _plyfile_contents(path)
     except (plyfile.PlyParseError, ValueError, KeyError, EOFError, OverflowError, MemoryError) as error:
-        reason = (
-            "it has bytes that are no text" if isinstance(error, UnicodeError) else str(error)[:200]
-        )  # it quotes the file
+        quoting = str(error)[:200]  # words of the file, which may have any length
+        reason = "it has bytes that are no text" if isinstance(error, UnicodeError) else quoting
         raise OSError(f"{path.name} cannot be read as PLY, it is truncated or damaged: {reason}") from None
 
 

@@ -177,7 +177,7 @@ class PointsInput(Input):
         options: Any = {"components": self.components, "tunnels": tunnels or 0.0}
         start = start_from_points(cloud, vertices, **options)
         if start.report.openness > 2 * MOST_BARE:
-            raise ValueError("data must have more points, or more alike distances: they show no surface as they are")
+            raise ValueError("data must have more points, or more evenly spaced ones: those given show no surface")
         if start.report.is_open and cloud.normals is not None:
             other = start_from_points(replace(cloud, normals=None), vertices, **options)
             if not other.report.is_open:
