@@ -202,11 +202,15 @@ def oriented_indicator(points: Array, found: Planes, cell: float) -> Indicator:
     The first initialization comes from the flood that encloses most. If its normals settle, most floods agree with
     them and their indicator is alike at all points, they are right. If not, what most floods say is tried as it is,
     for cavities that no coarse flood enters, and led by a coarse grid, where holes in the data close, but also thin
-    walls cancel out; and normals that point away from the centroid, for open containers that all floods enter.
-    Then neighbors on the other side of walls are known, and normals are fitted again without them.
+    walls cancel out; normals that point away from the centroid, for open containers that all floods enter; and, if
+    they do not settle or most floods disagree, the flood least in doubt, for fins and gaps of few spacings. Then
+    neighbors on the other side of walls are known, and normals are fitted again without them, shorter where they still
+    tell no plane: long ones tear walls open.
     """
     fine = Poisson.of(points, cell)
-    first, common = _flooded_normals(points, found)
+    floods = list(_floods(points, found.spacing))
+    votes = [_opposed_to(found.normals, _inward(flood, points)) for flood in floods]
+    common = _opposed_to(found.normals, -np.sum(votes[1:] or votes, axis=0))  # without the coarsest
 
     def faults(each: Fixpoint) -> int:
         return int(not each.settled) + int((dot(each.normals, common) > 0).mean() < MOSTLY)
@@ -214,21 +218,16 @@ def oriented_indicator(points: Array, found: Planes, cell: float) -> Indicator:
     def doubt(each: Fixpoint) -> float:
         return each.spread(found.places, fine.areas) * DOUBTFUL ** faults(each)
 
-    best = fixpoint(fine, first)
+    best = fixpoint(fine, votes[int(np.argmax([flood.enclosed for flood in floods]))])
     if faults(best) or doubt(best) > SURE:
         coarse = Poisson.of(points, 2 * cell)
         away = _opposed_to(found.normals, points.mean(axis=0) - points)
-        led = [fixpoint(coarse, normals).normals for normals in (common, away)]
-        best = min((best, *(fixpoint(fine, normals) for normals in (common, *led))), key=doubt)
+        tried = [common, *(fixpoint(coarse, normals).normals for normals in (common, away))]
+        if faults(best):
+            fields = [Fixpoint(vote, fine.indicator(vote), settled=False) for vote in votes]
+            tried.append(min(fields, key=doubt).normals)
+        best = min((best, *(fixpoint(fine, normals) for normals in tried)), key=doubt)
     return fine.indicator(sided(points, normalized(-best.field.at(points)[1]), found.neighbors))
-
-
-def _flooded_normals(points: Array, found: Planes) -> tuple[Array, Array]:
-    """Return the normals oriented by the flood that encloses most, and as by most floods, without the coarsest."""
-    floods = list(_floods(points, found.spacing))
-    votes = [_opposed_to(found.normals, _inward(flood, points)) for flood in floods]
-    common = _opposed_to(found.normals, -np.sum(votes[1:] or votes, axis=0))
-    return votes[int(np.argmax([flood.enclosed for flood in floods]))], common
 
 
 def _floods(points: Array, spacing: float) -> Iterator[Flood]:

@@ -41,6 +41,24 @@ def test_thin_sheets_have_two_sides(half, noise, seed):
     assert ((inward * normals).sum(axis=1) > 0).mean() < 0.02
 
 
+def test_fins_thinner_than_two_spacings_are_solid():
+    """Nine fins, 1.2 thick, on a plate; spacing 0.85. Of floods too coarse for gaps a third of the sides is wrong."""
+    rng, left, deep = np.random.default_rng(0), 5.0 * np.arange(9), 50.0
+    fins = [corner for x in left for corner in ((x, 4), (x, 22), (x + 1.2, 22), (x + 1.2, 4))]
+    profile = np.array([(0, 0), *fins, (41.2, 0)])
+    step = np.roll(profile, -1, axis=0) - profile
+    long = np.linalg.norm(step, axis=1)
+    edge = rng.choice(len(long), 27_000, p=long / long.sum())
+    x, z = (profile[edge] + rng.random((len(edge), 1)) * step[edge]).T
+    outward = np.column_stack([-step[:, 1], 0 * long, step[:, 0]])[edge] / long[edge, None]
+    ends = np.column_stack([41.2 * rng.random(2540), rng.choice([0, deep], 2540), 22 * rng.random(2540)])
+    ends = ends[(ends[:, 2] < 4) | (ends[:, 0] % 5 < 1.2)]
+    points = np.concatenate([np.column_stack([x, deep * rng.random(len(x)), z]), ends])
+    normals = np.concatenate([outward, np.sign(ends[:, 1:2] - deep / 2) * [0, 1, 0]])
+    inward = oriented_indicator(points, planes(points), 0.53).at(points)[1]
+    assert ((inward * normals).sum(axis=1) > 0).mean() < 0.1
+
+
 def cup(rng):
     turn, radius, angle = 2 * np.pi * rng.random(6000), np.sqrt(rng.random(1500)), 2 * np.pi * rng.random(1500)
     side = np.column_stack([np.cos(turn), np.sin(turn), 2 * rng.random(6000)])
