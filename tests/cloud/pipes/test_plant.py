@@ -63,6 +63,7 @@ def test_a_branch_meets_its_run_exactly():
     assert (tee.kind, len(plant.lines)) == ("tee", 2)
     assert_allclose([tee.radius, tee.end_radius], [1, 0.6], rtol=0.01)
     assert_allclose(tee.start, [12, 0, 0], atol=0.05)
+    assert sorted(stop for line in plant.lines for stop in line.stops) == ["end", "end", "end", "tee"]
     assert_allclose(tee.length, 1 / np.sin(np.arctan2(9, 3)), atol=0.3)  # to where the branch leaves the run
     assert apart(next(line for line in plant.lines if line.chain.radii[0] < 0.8), plant.lines[0]) < 1e-9
 
