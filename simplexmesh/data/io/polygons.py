@@ -69,6 +69,6 @@ def strips(flat: NDArray[Any]) -> Indices:
 
 def _whole(corners: NDArray[Any]) -> Indices:
     """Return indices read from a file as integers."""
-    if not (np.isfinite(corners) & (corners == np.rint(corners))).all():
+    if corners.dtype.kind == "f" and not (np.isfinite(corners) & (corners == np.rint(corners))).all():
         raise ValueError("faces must be whole numbers")
     return corners.astype(np.int64)
