@@ -45,7 +45,7 @@ def nested_model_statistic(residuals: Array, outer: Array, inner: Array) -> Arra
 
 def rounding(residuals: Array) -> Array:
     """Return a sum of squares that is of rounding only, above 0, for residuals (n,) or (n, m)."""
-    return np.finfo(float).eps * (residuals**2).sum(axis=0) + np.finfo(float).tiny
+    return np.finfo(float).eps ** 2 * (residuals**2).sum(axis=0) + np.finfo(float).tiny
 
 
 def orthonormal(columns: Array) -> Array:
