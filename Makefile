@@ -6,11 +6,12 @@ READY := $(VENV)/.ready
 SOURCES := simplexmesh tests demos docs/conf.py
 WORKERS ?= 4
 
-.PHONY: help setup demo test suite nightly lint types docs benchmark clean
+.PHONY: help setup demo test suite nightly lint types kernels docs benchmark clean
 
 help:
 	@echo "make demo       reconstruct organs of the frog, then one of them from a noisy scan, into demo_output/"
 	@echo "make test       lint, types and the whole test suite"
+	@echo "make kernels    compile all kernels, which otherwise happens at first use"
 	@echo "make suite      the test suite alone, by one process per core but at most WORKERS=4"
 	@echo "make nightly    millions of random operators, new examples of hypothesis, and faults put in to see tests fail"
 	@echo "make docs       the documentation, with the gallery, into docs/_build/html"
@@ -36,7 +37,11 @@ lint: $(READY)
 types: $(READY)
 	$(BIN)/mypy
 
-test: lint types
+kernels: $(READY)
+	$(BIN)/simplexmesh warm-up
+
+test: $(READY)
+	@$(MAKE) --no-print-directory --jobs=2 lint types kernels  # each process of the suite would compile them
 	@$(MAKE) --no-print-directory suite
 
 suite: $(READY)

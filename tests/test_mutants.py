@@ -34,7 +34,7 @@ def test_what_becomes_of_a_fault(codes, found, tmp_path, monkeypatch):
     (tmp_path / mutants.KERNELS).mkdir()
     (tmp_path / path).write_text("def f(x):\n    return x + 1\n")
     fault = path, ast.parse("def f(x):\n    return x + 1").body[0].body[0].value, "x - 1"
-    left, seen = list(codes), []
+    left, seen, written = list(codes), [], (tmp_path / path).stat().st_mtime_ns
 
     def exit_code(copy, tests, kernels, limit):
         seen.append((copy / path).read_text())
@@ -46,6 +46,7 @@ def test_what_becomes_of_a_fault(codes, found, tmp_path, monkeypatch):
     assert {*seen} == {"def f(x):\n    return (x - 1)\n"}
     assert left == []
     assert (tmp_path / path).read_text() == "def f(x):\n    return x + 1\n"
+    assert (tmp_path / path).stat().st_mtime_ns == written
 
 
 def test_what_does_not_end_in_time_has_no_exit_code(tmp_path):

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import re
+import signal
 import sys
 from collections.abc import Callable
 from contextlib import suppress
@@ -21,6 +22,8 @@ from numba.core import types
 from numba.core.caching import IndexDataCacheFile
 from numba.core.registry import CPUDispatcher
 from numba.core.types.containers import BaseTuple
+
+from simplexmesh._base.interrupts import deferred_interrupts
 
 IMPORTED = re.compile(rb"^from ([\w.]+) import", re.MULTILINE)
 """An import as it is written in kernel files."""
@@ -62,6 +65,15 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
 
     Otherwise numba would compile it anew for each combination, and the arrays of meshes are read-only.
     """
+
+    def compile(self, sig):
+        """Return the machine code for a signature; a Ctrl-C, which crashed numba now and then, waits for it."""
+        if signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+            return super().compile(sig)
+        with deferred_interrupts() as interrupts:
+            code = super().compile(sig)
+        interrupts.check()
+        return code
 
     def get_call_template(self, args, kws):
         """Return how a kernel calls this one with these types; one compilation serves all literals and widths."""

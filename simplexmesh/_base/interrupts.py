@@ -34,22 +34,6 @@ def resend_lost_interrupts() -> Iterator[None]:
         sys.unraisablehook = previous
 
 
-@contextmanager
-def held_interrupts() -> Iterator[None]:
-    """Hold Ctrl-C of the main thread back until the end, as while drawing: VTK may crash on it in a callback."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    held: list[int] = []
-    before = signal.signal(signal.SIGINT, lambda number, _: held.append(number))
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
-        if held:
-            signal.raise_signal(signal.SIGINT)
-
-
 class Interrupts:
     """A pending Ctrl-C."""
 

@@ -7,7 +7,7 @@ import sys
 import time
 from collections.abc import Sequence
 
-from simplexmesh._base.interrupts import resend_lost_interrupts
+from simplexmesh._base.interrupts import deferred_interrupts
 
 PRINTINGS = ("article", "thesis")
 
@@ -35,9 +35,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         surfaces = [known[name] for name in candidates.chosen("surfaces", given.surfaces, list(known))]
         names = candidates.named(given.methods)
         folder = report.writable(given.output)
-        with resend_lost_interrupts(), report.draft_of(folder) as draft:
-            found = run.measured(surfaces, names, _show, quick=given.quick)
-            run.write(found, draft, _show, quick=given.quick)
+        with deferred_interrupts() as interrupts, report.draft_of(folder) as draft:
+            shown = interrupts.checking(_show)
+            found = run.measured(surfaces, names, shown, quick=given.quick)
+            run.write(found, draft, shown, quick=given.quick)
+            interrupts.check()
     except (ValueError, OSError) as problem:
         return _ended(2, f"error: {problem}")
     except KeyboardInterrupt:

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from simplexmesh._base.interrupts import held_interrupts
 from simplexmesh._base.progress import Progress
 from simplexmesh.bench import pictures
 from simplexmesh.bench.page import index
@@ -79,7 +78,6 @@ def write(found: Results, folder: Path, report: Progress, *, quick: bool = False
     shown = [*pictures.of_curves(curves, ("cubic",) if quick else None), *pictures.of_surfaces(found.names, few=quick)]
     for at, (name, _, draw) in enumerate(shown):
         report(0.8 + 0.2 * at / len(shown), f"picture {name}")
-        with held_interrupts():
-            picture(folder / f"{name}.png", draw())
+        picture(folder / f"{name}.png", draw())
     captions = {name: caption for name, caption, _ in shown}
     (folder / INDEX).write_text(index(found, captions, quick=quick), encoding="utf-8")

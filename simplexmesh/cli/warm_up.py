@@ -44,6 +44,7 @@ def examples() -> dict[str, Callable[[], Any]]:
     x, y, z = np.mgrid[-12:13, -12:13, -12:13].astype(float)
     grid, drilled = np.sqrt(x**2 + y**2 + z**2), np.hypot(x, y) > 1.5
     egg = ball.vertices[::2] * [3, 2, 1]
+    pipe = sm.cylinder(60, 100, height=12.0).vertices
     few: dict[str, Any] = {"vertices": 7000, "iterations": 20}
     small: dict[str, Any] = {"vertices": 800, "iterations": 50}
 
@@ -70,6 +71,8 @@ def examples() -> dict[str, Callable[[], Any]]:
         "saliency": lambda: (sm.saliency(triangles), sm.hk_classes(triangles)),
         "simplify": lambda: sm.simplify(triangles, 0.05),
         "features": lambda: sm.zones(sm.clipped(triangles, (0, 0, 0), (0, 0, 1), cap=True), tolerance=0.5).kinds,
+        "primitives": lambda: sm.extract_primitives(pipe),
+        "pipes": lambda: sm.extract_pipes(pipe),
         "deviation": lambda: sm.deviation(triangles, sm.sphere(16).triangulated("dual")),
         "signatures": lambda: sm.match(sm.sai(egg), sm.sai(egg)),
         "register": lambda: sm.register(egg[egg[:, 0] > -1], egg),

@@ -134,6 +134,5 @@ def within(offsets, members, points, centers, steps, radius, most):
             ring, stop, step = stop, place, step + 1
         starts[row + 1] = place
         if place > most:
-            starts[row + 1 :] = place
             break
     return starts, found[:place].copy()

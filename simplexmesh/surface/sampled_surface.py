@@ -99,7 +99,7 @@ class SampledSurface:
         else:
             ring = (self.one_ring.offsets, self.one_ring.members)
             offsets, members = kernels.within(*ring, self.points, centers, steps, radius, MAX_MEMBERS)
-            _check_total(offsets[-1], neighborhood)
+            _check_total(len(members), neighborhood)
         if isinstance(neighborhood, Ball) and neighborhood.inner > 0.0:
             offsets, members = _outside(self.points, centers, offsets, members, neighborhood.inner)
         return Neighborhoods(centers, offsets, members, np.zeros(len(centers), bool))

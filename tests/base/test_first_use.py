@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import signal
 import subprocess
 import sys
 
@@ -38,6 +39,13 @@ def test_nothing_is_logged_where_a_bar_tells(untold, caplog):
         assert fresh()(np.ones(2)).sum() == 4
     assert seen == ["begun", "ended"]
     assert caplog.records == []
+
+
+def test_ctrl_c_waits_for_the_compiler():
+    kernel = fresh()
+    with compiling(lambda: signal.raise_signal(signal.SIGINT), lambda: None), pytest.raises(KeyboardInterrupt):
+        kernel(1)
+    assert len(kernel.signatures) == 1
 
 
 @pytest.mark.slow

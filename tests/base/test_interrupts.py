@@ -12,7 +12,7 @@ import time
 import pytest
 
 from simplexmesh._base import interrupts as kinds
-from simplexmesh._base.interrupts import deferred_interrupts, held_interrupts, resend_lost_interrupts
+from simplexmesh._base.interrupts import deferred_interrupts, resend_lost_interrupts
 
 
 def work(steps):
@@ -108,16 +108,3 @@ def test_a_lost_one_is_sent_again_only_within():
     with resend_lost_interrupts():
         assert sys.unraisablehook is not before
     assert sys.unraisablehook is before
-
-
-def test_a_held_one_comes_at_the_end():
-    done = []
-
-    def held():
-        with held_interrupts():
-            signal.raise_signal(signal.SIGINT)
-            done.append(True)
-
-    with pytest.raises(KeyboardInterrupt):
-        held()
-    assert done == [True]

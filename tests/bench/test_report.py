@@ -149,9 +149,10 @@ class TestReport:
         monkeypatch.setattr(run, "picture", save)
         found = run.Results({}, curves={"curvature": [], "normals": []})
         monkeypatch.setattr(run.pictures, "of_surfaces", lambda *_, **__: [("one", "", list), ("two", "", list)])
-        with pytest.raises(KeyboardInterrupt):
-            run.write(found, tmp_path, lambda *_: None)
+        monkeypatch.setattr(run, "measured", lambda *_, **__: found)
+        assert main(["-o", str(tmp_path / "report")]) == 130
         assert [path.name for path in drawn] == ["one.png"]
+        assert list(tmp_path.iterdir()) == []
 
     def test_a_failure_at_the_last_moment_leaves_it_too(self, tmp_path, monkeypatch):
         folder = tmp_path / "report"

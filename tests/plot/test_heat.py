@@ -202,15 +202,17 @@ class TestClasses:
 
     @pytest.mark.parametrize(("columns", "beside"), [(1, False), (4, True)])
     def test_legend_keeps_clear_of_what_is_shown(self, columns, beside):
+        plane = pv.Plane(i_size=1.4).triangulate()
+        plate = sm.TriangleMesh(plane.points, plane.regular_faces)
         plotter = sm.plot.stage(columns=columns)
         for column in range(columns - 1):
             plotter.subplot(0, column)
             if beside:
                 sm.plot.heat(RING, VALUES, plotter=plotter)
         plotter.subplot(0, columns - 1)
-        kinds = np.arange(len(VALUES)) % 8
+        kinds = np.arange(len(plate.vertices)) % 8
         names = ["peak", "ridge", "saddle ridge", "flat", "minimal", "saddle valley", "valley", "pit"]
-        sm.plot.classes(RING, kinds, names=names, colors=["#ff0000"] * 8, plotter=plotter)
+        sm.plot.classes(plate, kinds, names=names, colors=["#ff0000"] * 8, plotter=plotter)
         sm.plot.looked_at(plotter, "xy")
         with_legend = self.photo(plotter)
         actors = [name for name in plotter.renderers[-1].actors if "entry" in name]
@@ -222,10 +224,10 @@ class TestClasses:
         for actor in plotter.renderers[-1].actors.values():
             actor.SetVisibility(False)
         bare = self.photo(plotter)
-        written, ring = np.abs(with_legend - without).max(axis=2) > 30, np.abs(without - bare).max(axis=2) > 30
+        written, shown = np.abs(with_legend - without).max(axis=2) > 30, np.abs(without - bare).max(axis=2) > 30
         assert written.sum() > 500
-        assert ring.sum() > 5000
-        assert not (written & ring).any()
+        assert shown.sum() > 5000
+        assert not (written & shown).any()
         width = with_legend.shape[1]
         assert not written[:, : (columns - 1) * width // columns].any()
         assert not written[:, -2:].any()

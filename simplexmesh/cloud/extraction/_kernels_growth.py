@@ -39,14 +39,9 @@ def flood(surface, points, normals, near, free, seeds, band, aslant):
     """Return the free points (m,) within a distance of a surface and facing as it does, reached over neighbors."""
     state = np.zeros(len(points), np.int8)
     out = np.empty(len(points), np.int64)
-    count, done, seed = 0, 0, 0
-    while done < count or seed < len(seeds):
-        if seed < len(seeds):
-            tried, width, seed = seeds[seed : seed + 1], 1, seed + 1
-        else:
-            tried, width, done = near[out[done]], near.shape[1], done + 1
-        for c in range(width):
-            j = tried[c]
+    tried, count, done = seeds, 0, 0
+    while True:
+        for j in tried:
             if free[j] and state[j] == 0:
                 distance, facing = at_normal(surface, points, normals, j)
                 if abs(distance) <= band and facing >= aslant:
@@ -55,7 +50,9 @@ def flood(surface, points, normals, near, free, seeds, band, aslant):
                     count += 1
                 else:
                     state[j] = 2
-    return np.sort(out[:count])
+        if done == count:
+            return np.sort(out[:count])
+        tried, done = near[out[done]], done + 1
 
 
 @jit

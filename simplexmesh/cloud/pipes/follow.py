@@ -17,7 +17,7 @@ from simplexmesh.cloud.given_cloud import given_cloud
 from simplexmesh.cloud.pipes.chain import Chain
 from simplexmesh.cloud.pipes.diameters import joined, next_radius
 from simplexmesh.cloud.pipes.elements import elements_of
-from simplexmesh.cloud.pipes.ends import reversed_chain, with_ends
+from simplexmesh.cloud.pipes.ends import reversed_chain, with_ends, with_stops
 from simplexmesh.cloud.pipes.line import PipeLine
 from simplexmesh.cloud.pipes.refining import covariance_of, held, near_surface, refined, simplified
 from simplexmesh.cloud.pipes.tolerances import BAND, NEAR
@@ -81,7 +81,7 @@ def follow_pipe(
     points = data.points - origin
     tree = cKDTree(points, balanced_tree=False, compact_nodes=False)
     line = line_of(tree, origin, *followed(beginning(tree, place - origin, limits, reach)))
-    return replace(line, unit=data.unit)
+    return replace(with_stops(line, data.points), unit=data.unit)
 
 
 def radius_limits(radius: float | tuple[float, float] | None) -> tuple[float, float]:

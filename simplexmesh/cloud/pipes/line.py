@@ -154,8 +154,9 @@ class PipeLine(Pipes):
     rms : float
         Root mean square distance of the line's points.
     stops : (str, str)
-        Why it ends where it does, at its start and its end: "end" of the points, or "closed" where it comes back to
-        itself; closed at both it comes back to where its first straight starts.
+        Why it ends where it does, at its start and its end: "end" of the points; "obstacle" where something else
+        begins, such as a flange, a vessel or a wall; "tee" at the side of another line of a plant; "closed" where it
+        comes back to itself; closed at both it comes back to where its first straight starts.
     chain : Chain
         Axis and radii of all elements as one surface.
     unit : str or None

@@ -19,6 +19,7 @@ from simplexmesh.cloud.extraction.extract import extract_primitives
 from simplexmesh.cloud.extraction.result import Extraction
 from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.cloud.given_cloud import given_cloud
+from simplexmesh.cloud.pipes.ends import with_stops
 from simplexmesh.cloud.pipes.follow import followed, line_of, on_line, radius_limits
 from simplexmesh.cloud.pipes.line import PipeElement, PipeLine, Pipes
 from simplexmesh.cloud.pipes.seeds import likely_picks
@@ -182,7 +183,7 @@ def _plant(
     for k, line in enumerate(lines):
         own = np.full(len(labels), -1)
         own[kept] = line.labels
-        lines[k] = replace(line, labels=checks.frozen(own), unit=data.unit)
+        lines[k] = with_stops(replace(line, labels=checks.frozen(own), unit=data.unit), data.points)
         labels[(own >= 0) & (labels < 0)] = k
     return Plant(tuple(lines), tuple(tees), checks.frozen(labels), data.unit)
 

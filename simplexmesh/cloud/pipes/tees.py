@@ -34,7 +34,7 @@ def with_tees(lines: list[PipeLine], tree: cKDTree, origin: Array) -> tuple[list
             if met is not None:
                 i, element, place = met
                 run = out[i].elements[element]
-                out[k] = _secant(out[k], place, tree, origin)
+                out[k] = replace(_secant(out[k], place, tree, origin), stops=(out[k].stops[0], "tee"))
                 tees.append(_tee(out[k].chain, run.radius, place))
             out[k] = _reversed(out[k])
     return out, tees

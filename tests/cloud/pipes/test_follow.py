@@ -118,6 +118,19 @@ class TestShadows:
         assert_allclose(line.length, 8, atol=0.3)
 
 
+class TestStops:
+    def test_say_that_a_wall_begins_but_not_that_a_floor_is_beside(self):
+        rng = np.random.default_rng(0)
+        chain = chain_of([[0.0, 0, 0], [12, 0, 0]], [], 1.0)
+        points = sampled(chain, rng, 30.0, 0.01)[0]
+        wall, floor = rng.uniform(-6, 6, (2, 4000, 3))
+        wall[:, 0], floor[:, 2] = 12, -1.5
+        wall = wall[np.hypot(wall[:, 1], wall[:, 2]) > 1]
+        line = sm.follow_pipe(np.concatenate([points, wall, floor]), points[np.abs(points[:, 0] - 6).argmin()])
+        forward = line.elements[0].start[0] < 6
+        assert line.stops == (("end", "obstacle") if forward else ("obstacle", "end"))
+
+
 class TestDiameters:
     @pytest.mark.parametrize("ratio", [0.6, 0.8, 1.2, 1.5])
     def test_change_in_reducers(self, ratio):

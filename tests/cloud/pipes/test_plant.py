@@ -63,6 +63,7 @@ def test_a_branch_meets_its_run_exactly():
     assert (tee.kind, len(plant.lines)) == ("tee", 2)
     assert_allclose([tee.radius, tee.end_radius], [1, 0.6], rtol=0.01)
     assert_allclose(tee.start, [12, 0, 0], atol=0.05)
+    assert sorted(stop for line in plant.lines for stop in line.stops) == ["end", "end", "end", "tee"]
     assert_allclose(tee.length, 1 / np.sin(np.arctan2(9, 3)), atol=0.3)  # to where the branch leaves the run
     assert apart(next(line for line in plant.lines if line.chain.radii[0] < 0.8), plant.lines[0]) < 1e-9
 
@@ -117,6 +118,31 @@ def test_a_branch_of_a_branch_meets_it_where_it_is_in_the_end():
     assert [tee.end_radius > 0.4 for tee in tees] == [True, False]
     assert apart(found[0], found[1]) < 1e-9
     assert apart(found[1], found[2]) < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("place", "radius", "meets"),
+    [
+        ([-0.8, 0, 1.2], 0.6, True),
+        ([20.8, 0, 1.2], 0.6, True),
+        ([-1.3, 0, 1.2], 0.6, False),  # beyond the end
+        ([21.3, 0, 1.2], 0.6, False),
+        ([9, 0, 1.8], 0.6, True),
+        ([9, 0, 2.2], 0.6, False),  # ends too early
+        ([9, 0, -0.3], 0.6, False),  # goes through
+        ([9, 0.8, 1.2], 0.6, False),  # passes
+        ([9, 0, 1.2], 1.5, False),  # wider
+    ],
+)
+def test_where_a_branch_meets_a_straight(place, radius, meets):
+    chains = [chain_of([[0, 0, 0], [20, 0, 0]], [], 1.0), chain_of([place, [place[0], place[1], 9]], [], radius)]
+    points = np.concatenate([sampled(chain, np.random.default_rng(0), 5.0, 0.01)[0] for chain in chains])
+    tree, here = cKDTree(points), np.zeros(3)
+    lines = [line_of(tree, here, chain, np.eye(chain.n_parameters), 0.02, ("end", "end")) for chain in chains]
+    tees = with_tees(lines, tree, here)[1]
+    assert len(tees) == meets
+    for tee in tees:
+        assert_allclose(tee.start, [*place[:2], 0], atol=0.05)
 
 
 @pytest.mark.parametrize("shape", ["wall", "ball", "dust"])

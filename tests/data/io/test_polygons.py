@@ -100,3 +100,11 @@ def test_repeated_corners_do_no_harm():
     found = polygons.triangulated(NOTCHED, np.array([7]), np.array([0, 1, 1, 2, 3, 4, 4]))
     a, b, c = NOTCHED[found].transpose(1, 0, 2)
     assert np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2 == pytest.approx(2.5)
+
+
+@pytest.mark.parametrize("corner", [2.5, np.inf, np.nan])
+def test_corners_are_whole_numbers(corner):
+    sizes, flat = np.array([3]), np.array([0, 1, 2.0])
+    assert_array_equal(polygons.triangulated(NOTCHED, sizes, flat), [[0, 1, 2]])
+    with pytest.raises(ValueError, match="whole numbers"):
+        polygons.triangulated(NOTCHED, sizes, np.array([0, 1, corner]))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from scipy.spatial.transform import Rotation
 
 import simplexmesh as sm
@@ -29,6 +30,7 @@ def test_poses_that_were_moved_come_back():
     assert angles(true, found).max() < 0.15
 
 
+@pytest.mark.nightly
 def test_errors_are_about_those_stated_and_less_than_from_pairs_alone(monkeypatch):
     scans, poses = views(5, np.random.default_rng(4))
     found = sm.register_all(scans)

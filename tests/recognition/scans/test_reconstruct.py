@@ -27,6 +27,7 @@ def in_one_frame(scans, poses):
     return [scan @ T[:3, :3].T + T[:3, 3] for scan, T in zip(scans, relative, strict=True)]
 
 
+@pytest.mark.nightly
 def test_poses_found_are_as_good_as_those_given(scans):
     seen = []
     usual = {"vertices": 800, "creases": "none"}

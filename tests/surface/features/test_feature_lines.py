@@ -62,6 +62,26 @@ class TestClosedForms:
             assert_allclose(line.angle, angle, rtol=1e-5)
             assert line.length == pytest.approx(np.linalg.norm(line.points[-1] - line.points[0]), rel=1e-6)
 
+    @pytest.mark.parametrize(
+        ("name", "lines", "zones"),
+        [
+            ("tetrahedron", 6, 4),
+            ("cube", 12, 6),
+            ("octahedron", 12, 8),
+            ("icosahedron", 30, 20),
+            ("dodecahedron", 30, 12),
+        ],
+    )
+    def test_platonic_solid_of_few_triangles(self, name, lines, zones):
+        body = pv.PlatonicSolid(name).triangulate().clean()
+        network = sm.feature_lines(body)
+        assert (len(network.lines), len(network.nodes), network.noise) == (
+            lines,
+            2 + lines - zones,
+            pytest.approx(0, abs=1e-5),
+        )
+        assert sm.zones(body, network).kinds == ("plane",) * zones
+
     @pytest.mark.parametrize("bend", [8, 20, 40, 90])
     def test_fold(self, bend):
         (line,) = sm.feature_lines(folded(bend), angle=np.radians(5)).lines

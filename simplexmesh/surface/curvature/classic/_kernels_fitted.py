@@ -23,30 +23,26 @@ OFFSET = 0.25
 @njit(cache=True, error_model="numpy")
 def quadric(fan, count, terms, least, factor):
     """Fit z = a u^2 + b u v + c v^2 (+ d u + e v (+ f)); the form is that where the surface meets the normal line."""
-    distinct, scale = 0, 0.0
-    for m in range(count):
-        if fan[m, 3] > 0.0:
-            distinct += 1
-            scale += math.sqrt(fan[m, 3])
-    if distinct < least:
-        return math.nan, 0.0, 0.0, 0.0, 0.0
-    scale /= distinct
+    distinct = 0
     factor[:] = 0.0
     for m in range(count):
         if fan[m, 3] > 0.0:
-            u, v = fan[m, 0] / scale, fan[m, 1] / scale
+            distinct += 1
+            u, v = fan[m, 0], fan[m, 1]
             factor[terms, 0], factor[terms, 1], factor[terms, 2] = u * u, u * v, v * v
             if terms >= EXTENDED:
                 factor[terms, 3], factor[terms, 4] = u, v
             if terms == FULL:
                 factor[terms, 5] = 1.0
-            factor[terms, terms] = fan[m, 2] / scale
+            factor[terms, terms] = fan[m, 2]
             add_row(factor, terms)
+    if distinct < least:
+        return math.nan, 0.0, 0.0, 0.0, 0.0
     for j in range(min(terms, EXTENDED)):
         if independence(factor, j) < DEPENDENT:
             return math.nan, 0.0, 0.0, 0.0, 0.0
     substituted(factor, terms, EXTENDED if terms == FULL and independence(factor, 5) < OFFSET else terms)
-    a, b, c = factor[terms, 0] / scale, factor[terms, 1] / scale, factor[terms, 2] / scale
+    a, b, c = factor[terms, 0], factor[terms, 1], factor[terms, 2]
     d, e = (factor[terms, 3], factor[terms, 4]) if terms >= EXTENDED else (0.0, 0.0)
     first, g, cross = 1.0 + d * d, 1.0 + d * d + e * e, d * e
     root = math.sqrt(g)

@@ -33,7 +33,8 @@ def vertex_noise(facets: Facets) -> Array:
     largest = LARGEST * float(np.sqrt(facets.areas.mean()))
     if step < largest and (off < step).any():
         noise = max(noise, min(float(np.median(off[off < step])) / HALF_DEVIATION, step / np.sqrt(12)))
-    noise, squares = noise if noise < largest else 0.0, np.full(len(half), noise**2)
+    noise = noise if noise < largest else 0.0
+    squares = np.full(len(half), noise**2)
     qualities = facets.qualities[sides].mean(axis=1)
     least = max(VARYING * noise, SMALLEST / LARGEST * largest)
     for rows in _regions(facets.centers[sides].mean(axis=1)):
