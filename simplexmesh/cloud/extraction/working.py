@@ -87,23 +87,19 @@ def working(points: Array, noise: float | None, rng: np.random.Generator) -> Wor
 
 
 def on_curve(points: Array, tree: cKDTree) -> bool:
-    """Return whether neighbors of nearly all points are on a line, where they are no lump of noise and farther away.
+    """Return whether few and many neighbors of nearly all points are on a line.
 
     A surface of some lines of a scanner has others farther away; more than an eighth of a bent curve is no line.
     """
     some = points[:: -(-len(points) // PLACES)]
     most = min(MANY, max(NEIGHBORS + 1, len(points) // 8), len(points))
     near = points[tree.query(some, k=most, workers=-1)[1]]
-    thin = False
     for count in (*range(NEIGHBORS, min(4 * NEIGHBORS + 1, most), NEIGHBORS), most):
         apart = near[:, :count] - near[:, :count].mean(axis=1, keepdims=True)
-        out, across, along = np.linalg.eigvalsh(apart.transpose(0, 2, 1) @ apart).T
-        far = count == most
-        if far or np.median(out - NARROW * along) < 0:
-            if (across > NARROW * along).mean() > NARROW:
-                return False
-            thin |= not far
-    return thin
+        _, across, along = np.linalg.eigvalsh(apart.transpose(0, 2, 1) @ apart).T
+        if (across > NARROW * along).mean() > NARROW:
+            return False
+    return True
 
 
 def measured_noise(points: Array, tree: cKDTree, rng: np.random.Generator) -> float:

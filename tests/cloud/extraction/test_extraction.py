@@ -171,6 +171,19 @@ def test_shown_as_text_and_table(found):
     assert "no primitives in" in repr(sm.extract_primitives(np.random.default_rng(0).normal(size=(200, 3))))
 
 
+def test_points_on_a_noisy_bow_are_no_surface_but_lines_of_a_scanner_far_apart_are():
+    rng = np.random.default_rng(0)
+    turn = np.linspace(0, np.pi, 600)
+    bow = np.stack([np.cos(turn), np.sin(turn), np.zeros(600)], axis=1) + rng.normal(scale=5e-4, size=(600, 3))
+    with pytest.raises(ValueError, match="on a curve"):
+        sm.extract_primitives(bow)
+    along, line = np.meshgrid(np.linspace(0, 10, 500), np.arange(12.0))  # 40 neighbors of most are on its own line
+    plate = np.stack([along, line, np.zeros_like(line)], axis=2).reshape(-1, 3)
+    scene = sm.extract_primitives(plate + rng.normal(scale=1e-3, size=plate.shape))
+    assert [shape.kind for shape in scene.primitives] == ["plane"]
+    assert (scene.labels == 0).mean() > 0.7
+
+
 @pytest.mark.parametrize(
     ("points", "given", "words"),
     [
