@@ -151,13 +151,13 @@ class TestStops:
             x = 1.5 * y + 6
             more = np.column_stack([x, z, np.full(9000, -1.4)])[(x < 0) | (x > 12) | (np.abs(z) > 1)]
         elif beside == "wall behind":
-            more = disc + [0.8, 0, 0]
+            more = np.add(disc, [0.8, 0, 0])
         elif beside == "cap":
             more = disc[np.hypot(y, z) < 1]
         elif beside == "outliers":
             more = rng.uniform([-3, -3, -3], [15, 3, 3], (len(points), 3))
         elif beside == "neighbor":
-            more = self.pipe(rng) + [11.7, 2.1, 0]
+            more = np.add(self.pipe(rng), [11.7, 2.1, 0])
         else:
             more = 0.3 * self.pipe(rng) + [12, 0, 0]
         assert list(self.stops(np.concatenate([points, more])))[1] == ("end", "end")
