@@ -77,7 +77,7 @@ def fit_sides(points, near, normals, cosine, fitted):
             continue
         normal = np.empty(3)
         _, moments = fit_plane(points, members, row(points, near[i, 0]), math.inf, normal)
-        if moments[1] > FLAT * moments[2]:
+        if moments[1] > FLAT * moments[2] and moments[0] < moments[1]:
             length = math.copysign(1.0 - math.sqrt(moments[0] / moments[1]), dot(own, normal))
             for a in range(3):
                 fitted[i, a] = length * normal[a]

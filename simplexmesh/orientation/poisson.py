@@ -224,8 +224,7 @@ def oriented_indicator(points: Array, found: Planes, cell: float) -> Indicator:
         away = _opposed_to(found.normals, points.mean(axis=0) - points)
         tried = [common, *(fixpoint(coarse, normals).normals for normals in (common, away))]
         if faults(best):
-            fields = [Fixpoint(vote, fine.indicator(vote), settled=False) for vote in votes]
-            tried.append(min(fields, key=doubt).normals)
+            tried.append(min(votes, key=lambda vote: doubt(Fixpoint(vote, fine.indicator(vote), settled=False))))
         best = min((best, *(fixpoint(fine, normals) for normals in tried)), key=doubt)
     return fine.indicator(sided(points, normalized(-best.field.at(points)[1]), found.neighbors))
 
