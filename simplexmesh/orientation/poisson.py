@@ -204,8 +204,7 @@ def oriented_indicator(points: Array, found: Planes, cell: float) -> Indicator:
     for cavities that no coarse flood enters, and led by a coarse grid, where holes in the data close, but also thin
     walls cancel out; normals that point away from the centroid, for open containers that all floods enter; and, if
     they do not settle or most floods disagree, the flood least in doubt, for fins and gaps of few spacings. Then
-    neighbors on the other side of walls are known, and normals are fitted again without them, shorter where they still
-    tell no plane: long ones tear walls open.
+    neighbors on the other side of walls are known, and normals are fitted again without them.
     """
     fine = Poisson.of(points, cell)
     floods = list(_floods(points, found.spacing))
