@@ -64,6 +64,14 @@ def fit_planes(points, near, normals, variance, projected):
 
 
 @njit(cache=True, error_model="numpy", parallel=True)
+def fill_widths(points, near, widths):
+    """Fill ratios of the squared deviations of `near` (n, k) across and along them; 0 where they coincide."""
+    for i in prange(len(near)):
+        _, moments = fit_plane(points, near[i], row(points, near[i, 0]), math.inf, np.empty(3))
+        widths[i] = moments[1] / moments[2] if moments[2] > 0.0 else 0.0
+
+
+@njit(cache=True, error_model="numpy", parallel=True)
 def fit_sides(points, near, normals, cosine, fitted):
     """Fill normals of planes through those of `near` (n, k) that face as a point does; its own if they tell none."""
     for i in prange(len(near)):

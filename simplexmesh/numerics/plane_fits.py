@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices
-from simplexmesh.numerics import _kernels_local_fits
+from simplexmesh.numerics import _kernels_local_fits, scan_lines
 
 FEW_NEIGHBORS, MANY_NEIGHBORS = 16, 40
 NOISE_RATIO = 0.45
@@ -81,14 +81,14 @@ def spacing_within(farthest: Array, count: int) -> float:
 
 def sided(points: Array, normals: Array, neighbors: int) -> Array:
     """Return normals (n, 3) of planes through those of the nearest neighbors on the side that rough unit ones tell."""
-    near = cKDTree(points).query(points, k=np.arange(neighbors) + 1, workers=-1)[1]
+    near = scan_lines.neighbors(cKDTree(points), points, neighbors)[1]
     out = np.empty_like(normals)
     _kernels_local_fits.fit_sides(np.ascontiguousarray(points), near, normals, SAME_SIDE, out)
     return out
 
 
 def _fit(tree: cKDTree, places: Array, count: int) -> Planes:
-    distance, near = tree.query(places, k=count, workers=-1)
+    distance, near = scan_lines.neighbors(tree, places, count)
     normals, variance, projected = fitted(tree.data, near)
     noise = float(np.sqrt(np.median(variance)))
     return Planes(normals, projected, spacing_within(distance[:, -1], count), noise, count)

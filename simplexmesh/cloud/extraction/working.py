@@ -8,6 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices, Mask
+from simplexmesh.numerics import scan_lines
 from simplexmesh.numerics.plane_fits import fitted, spacing_within
 
 MOST = 100_000
@@ -31,11 +32,8 @@ EXACT, EXACT_PLACES = 0.1, 0.25
 FLOOR = 1e-2
 """Least noise in distances between points: what is below is the bend of the surface between them."""
 
-BESIDE, MANY = 8, 512
-"""Neighbors that tell whether others are beside a line, and among how many, at most, these are every second, ..."""
-
-NARROW = 0.1
-"""Of the variance along neighbors, that across them on a line."""
+BESIDE = 8
+"""Neighbors that tell whether others are beside a line."""
 
 ON_SURFACE = 0.03
 """Share of the points that have others beside their line, at least."""
@@ -69,10 +67,10 @@ def working(points: Array, noise: float | None, rng: np.random.Generator) -> Wor
     """Return what is looked at of points of unit size."""
     if len(points) > MOST:
         points = points[np.sort(rng.choice(len(points), MOST, replace=False))]
-    share = evening(points)
-    if (share > 0).mean() < ON_SURFACE:
+    steps = scan_lines.steps(cKDTree(points), points, BESIDE)
+    if (steps > 0).mean() < ON_SURFACE:
         raise ValueError("cloud must be of surfaces, but its points are on a curve")
-    points = points[rng.random(len(points)) < np.where(share > 0, share, 1)]
+    points = points[rng.random(len(points)) * steps < 1]  # as dense along lines as across
     tree = cKDTree(points)
     count = min(NEIGHBORS, len(points))
     distance, near = tree.query(points, k=count, workers=-1)
@@ -86,24 +84,6 @@ def working(points: Array, noise: float | None, rng: np.random.Generator) -> Wor
     reach = distance[:, -1]
     beside = np.where(distance <= reach[near], near, -1)
     return Working(points, near, beside, reach, normals, smooth, np.sqrt(variance), spacing, deviation, fine)
-
-
-def evening(points: Array) -> Array:
-    """Return the shares (n,) of points that are as far apart along the lines of a scanner as these from each other.
-
-    It is 0 where nothing is beside the line. More than an eighth of a bent curve is no line.
-    """
-    tree, share = cKDTree(points), np.zeros(len(points))
-    narrow, step = np.arange(len(points)), 1
-    most = min(MANY, max(NEIGHBORS, len(points) // 8))
-    while len(narrow) and step * BESIDE <= most:
-        near = points[tree.query(points[narrow], k=step * (np.arange(BESIDE) + 1), workers=-1)[1]]
-        apart = near - near.mean(axis=1, keepdims=True)
-        _, across, along = np.linalg.eigvalsh(apart.transpose(0, 2, 1) @ apart).T
-        wide = across > NARROW * along
-        share[narrow[wide]] = 1 / step
-        narrow, step = narrow[~wide], 2 * step
-    return share
 
 
 def measured_noise(points: Array, tree: cKDTree, rng: np.random.Generator) -> float:
