@@ -355,6 +355,17 @@ def test_what_is_ordinary_is_more_where_triangles_are_smaller():
     assert np.mean(jumps[some] < ordinary[some]) == pytest.approx(0.5, abs=0.1)
 
 
+def test_few_triangles_without_exact_normals_are_not_ordinary():
+    """Those beside the rims alone, say: five times their jump is more than any crease has."""
+    facets, normals, exact = sampled(
+        CAN.vertices, CAN.faces.astype(np.int64), manifold.half_edge_mates(CAN.faces).ravel()
+    )
+    rims = (np.abs(CAN.vertices[CAN.faces, 2]) > 0.99).any(axis=1)
+    surface = creases.FilteredSurface(Edges(facets), normals, np.ones_like(exact) & ~rims)
+    assert creases._ordinary_jumps(surface).max() == 0
+    assert creases._ordinary_jumps(creases.FilteredSurface(Edges(facets), normals, np.zeros_like(exact))).min() > 0
+
+
 @pytest.mark.parametrize(
     ("first", "last", "lost"), [(15, 20, (15, 20)), (3, 6, (0, 6)), (30, 31, (30, 31)), (36, 38, (36, 40))]
 )

@@ -173,13 +173,14 @@ def creases(vertices: Array, faces: Indices, mates: Indices, angle: float) -> Cr
 def _ordinary_jumps(surface: FilteredSurface) -> Array:
     """Return the jump (e,) that is ordinary: the median at edges whose triangles' normals are not exact, from a sample.
 
-    It is 0 if none is such. Noise turns small triangles by more than large ones, so each edge has the median of jumps
-    over that, times that: over noise to the size of the triangles around, on simplified surfaces to the shape of its
-    own, and there sharp edges are no ordinary ones.
+    It is 0 unless most are such. Noise turns small triangles by more than large ones, so each edge has the median of
+    jumps over that, times that: over noise to the size of the triangles around, on simplified surfaces to the shape of
+    its own, and there sharp edges are no ordinary ones.
     """
     edges, sharp, simplified = surface.edges, surface.bends > STRONG, surface.edges.facets.simplified
-    vague = np.flatnonzero(~surface.exact[edges.sides].any(axis=1) & ~(simplified & sharp))
-    if not len(vague):
+    inexact: Mask = ~surface.exact[edges.sides].any(axis=1)
+    vague = np.flatnonzero(inexact & ~(simplified & sharp))
+    if not len(vague) or 2 * np.count_nonzero(inexact) < len(inexact):
         return np.zeros(len(sharp))
     some = np.zeros(len(sharp), bool)
     some[vague[:: max(1, len(vague) // SAMPLE)]] = True
