@@ -178,7 +178,7 @@ def _ordinary_jumps(surface: FilteredSurface) -> Array:
     its own, and there sharp edges are no ordinary ones.
     """
     edges, sharp, simplified = surface.edges, surface.bends > STRONG, surface.edges.facets.simplified
-    inexact: Mask = ~surface.exact[edges.sides].any(axis=1)
+    inexact = np.logical_not(surface.exact[edges.sides].any(axis=1))
     vague = np.flatnonzero(inexact & ~(simplified & sharp))
     if not len(vague) or 2 * np.count_nonzero(inexact) < len(inexact):
         return np.zeros(len(sharp))
