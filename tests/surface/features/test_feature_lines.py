@@ -14,6 +14,7 @@ from simplexmesh.data.conversion import as_triangles
 from simplexmesh.mesh import manifold
 from simplexmesh.surface.features.lines import creases
 from simplexmesh.surface.features.lines.edge_sets import Edges
+from simplexmesh.surface.features.lines.facets import measured
 from simplexmesh.surface.features.lines.normals import sampled
 from tests.surface.features.sheets import folded, mean_edge, shaken, sheet
 
@@ -344,3 +345,47 @@ def test_what_closes_a_gap_is_measured(degrees, kept):
     jumps = surface.jumps_at(rims & ~gap, rims)[0]
     found = creases._cleaned(surface, rims & ~gap, jumps, least, least)
     assert np.array_equal(found, rims if kept else np.zeros_like(rims))
+
+
+def test_what_is_ordinary_is_more_where_triangles_are_smaller():
+    """Noise turns them by more: a third of the size, three times as much; and half of the jumps are less."""
+    noise, small = 0.1 * mean_edge(BALL), BALL.vertices / 3 + [3, 0, 0]
+    both = sm.TriangleMesh(
+        np.concatenate([BALL.vertices, small]), np.concatenate([BALL.faces, BALL.faces + len(small)])
+    )
+    both = both.vertices + noise * np.random.default_rng(0).normal(size=both.vertices.shape), both.faces
+    facets, normals, exact = sampled(*both, manifold.half_edge_mates(both[1]).ravel())
+    surface = creases.FilteredSurface(Edges(facets), normals, exact)
+    ordinary, there = creases._ordinary_jumps(surface), facets.vertices[surface.edges.ends[:, 0], 0] > 1.5
+    assert np.median(ordinary[there]) == pytest.approx(3 * np.median(ordinary[~there]), rel=0.1)
+    some = np.arange(len(there)) % 20 == 0
+    jumps = np.abs(surface.jumps_at(some, np.zeros(len(there), bool))[0])
+    assert np.mean(jumps[some] < ordinary[some]) == pytest.approx(0.5, abs=0.1)
+
+
+def test_few_triangles_without_exact_normals_are_not_ordinary():
+    """Those beside the rims alone, say: five times their jump is more than any crease has."""
+    facets, normals, exact = sampled(
+        CAN.vertices, CAN.faces.astype(np.int64), manifold.half_edge_mates(CAN.faces).ravel()
+    )
+    rims = (np.abs(CAN.vertices[CAN.faces, 2]) > 0.99).any(axis=1)
+    surface = creases.FilteredSurface(Edges(facets), normals, np.ones_like(exact) & ~rims)
+    assert creases._ordinary_jumps(surface).max() == 0
+    assert creases._ordinary_jumps(creases.FilteredSurface(Edges(facets), normals, np.zeros_like(exact))).min() > 0
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "lost"), [(15, 20, (15, 20)), (3, 6, (0, 6)), (30, 31, (30, 31)), (36, 38, (36, 40))]
+)
+def test_a_line_with_one_weak_part_loses_that_part(first, last, lost):
+    """And what is left of it beside that, if it is shorter than a line may be; the strong rest stays as it is."""
+    body = sheet(lambda x, y: 0 * x)
+    edges = Edges(measured(body.vertices, body.faces, manifold.half_edge_mates(body.faces).ravel()))
+    facets = edges.facets
+    line = (facets.vertices[edges.ends][:, :, 1] == 0).all(axis=1)
+    order = np.flatnonzero(line)[np.argsort(facets.vertices[edges.ends[line], 0].mean(axis=1))]
+    excess, left = np.where(line, 1.0, 0.0), line.copy()
+    excess[order[first:last]] = -100
+    left[order[slice(*lost)]] = False
+    shortest = np.full(len(line), 5 * edges.lengths[line].mean())
+    assert np.array_equal(creases._without_weak_parts(edges, line, excess, shortest), left)

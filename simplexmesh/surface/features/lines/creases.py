@@ -25,6 +25,9 @@ STANDING_OUT = 5.0
 ROUND = 0.35
 """In radians: a jump by less may be that of a side which bends by as much over an edge, as fillets do."""
 
+VISIBLE = 0.05
+"""In edges of the mesh: where noise is less, curvature rather than noise is what makes normals jump."""
+
 SHARP = 0.8
 """A jump, in radians, that stands out on simplified surfaces, whose slivers along creases say little themselves."""
 
@@ -73,6 +76,13 @@ class FilteredSurface:
         scales: Array = self.edges.facets.scales[self.edges.sides].mean(axis=1)
         scales[self.exact[self.edges.sides].all(axis=1)] = 0.0
         return scales
+
+    @property
+    def tilts(self) -> Array:
+        """The noise (e,) at edges over the edges of the mesh there, at least what is `VISIBLE`."""
+        facets = self.edges.facets
+        shares: Array = np.maximum(facets.noise / np.maximum(facets.scales, 1e-300), VISIBLE)[self.edges.sides]
+        return shares.mean(axis=1)
 
     def straddling(self, chosen: Mask) -> Mask:
         """Return which triangles (t,) may be on both sides of a crease: those at chosen edges, but exact ones."""
@@ -163,20 +173,21 @@ def creases(vertices: Array, faces: Indices, mates: Indices, angle: float) -> Cr
 def _ordinary_jumps(surface: FilteredSurface) -> Array:
     """Return the jump (e,) that is ordinary: the median at edges whose triangles' normals are not exact, from a sample.
 
-    It is 0 if none is such. On simplified surfaces, where noise turns slivers by much and large triangles by little,
-    each edge has the median of jumps over that, times that, and sharp edges are no ordinary ones.
+    It is 0 unless most are such. Noise turns small triangles by more than large ones, so each edge has the median of
+    jumps over that, times that: over noise to the size of the triangles around, on simplified surfaces to the shape of
+    its own, and there sharp edges are no ordinary ones.
     """
     edges, sharp, simplified = surface.edges, surface.bends > STRONG, surface.edges.facets.simplified
-    vague = np.flatnonzero(~surface.exact[edges.sides].any(axis=1) & ~(simplified & sharp))
-    if not len(vague):
+    inexact = np.logical_not(surface.exact[edges.sides].any(axis=1))
+    vague = np.flatnonzero(inexact & ~(simplified & sharp))
+    if not len(vague) or 2 * np.count_nonzero(inexact) < len(inexact):
         return np.zeros(len(sharp))
     some = np.zeros(len(sharp), bool)
     some[vague[:: max(1, len(vague) // SAMPLE)]] = True
     jumps = np.abs(surface.jumps_at(some, sharp)[0])
-    if not simplified:
-        return np.full(len(sharp), np.median(jumps[some]))
-    tilts = norm(edges.facets.tilts[edges.sides])
-    return np.minimum(tilts * np.median(jumps[some] / tilts[some]), SHARP / STANDING_OUT)
+    tilts = norm(edges.facets.tilts[edges.sides]) if simplified else surface.tilts
+    ordinary: Array = tilts * np.median(jumps[some] / tilts[some])
+    return np.minimum(ordinary, SHARP / STANDING_OUT) if simplified else ordinary
 
 
 def _measured(surface: FilteredSurface, at: Mask, strengths: Array, ordinary: Array) -> tuple[Array, Array]:
@@ -192,11 +203,8 @@ def _cleaned(surface: FilteredSurface, chosen: Mask, jumps: Array, ordinary: Arr
     most = np.zeros(len(edges.facets.vertices))
     np.maximum.at(most, edges.ends.ravel(), np.repeat(GAP * scales, 2))
 
-    def strength(lines: Chains) -> Array:
-        return lines.total((jumps - least) * edges.lengths) / lines.total(edges.lengths)
-
     for bridging in (True, True, False):
-        chosen = edges.without_weakest(chosen, strength)
+        chosen = _without_weak_parts(edges, chosen, (jumps - least) * edges.lengths, 2 * SHORTEST * scales)
         chosen = edges.without_small(chosen, jumps, kept)
         chosen = edges.pruned(chosen, SHORTEST * scales)
         if bridging:
@@ -205,3 +213,19 @@ def _cleaned(surface: FilteredSurface, chosen: Mask, jumps: Array, ordinary: Arr
             there = _measured(surface, bridges, jumps, ordinary)
             jumps, least = np.where(bridges, there, (jumps, least))
     return chosen
+
+
+def _without_weak_parts(edges: Edges, chosen: Mask, excess: Array, shortest: Array) -> Mask:
+    """Return edges without lines whose excess (e,) is below 0, but for the rest of those with one weak part.
+
+    The weak part is the one with the least excess; what is left on either side is as long as `shortest` (e,), or gone.
+    """
+
+    def weak(line: Indices) -> Indices:
+        sums = np.concatenate([[0.0], np.cumsum(excess[line])])
+        far = np.concatenate([[0.0], np.cumsum(edges.lengths[line])])
+        stop = 1 + int(np.argmin((sums - np.maximum.accumulate(sums))[1:]))
+        start, least = int(np.argmax(sums[:stop])), shortest[line].mean()
+        return line[start * (far[start] >= least) : stop if far[-1] - far[stop] >= least else len(line)]
+
+    return edges.without_weakest(chosen, lambda lines: lines.total(excess) / lines.total(edges.lengths), weak)

@@ -141,8 +141,13 @@ class Edges:
         degrees = np.where(self.border if nodes is None else self.border | nodes, 0, self.degrees(chosen))
         return Chains(*_kernels_chains.chains(self.ends, *self._around, chosen, degrees))
 
-    def without_weakest(self, chosen: Mask, strength: Callable[[Chains], Array]) -> Mask:
-        """Return edges without lines of strengths (c,) below 0, the weakest first; lines that met in its ends join."""
+    def without_weakest(
+        self, chosen: Mask, strength: Callable[[Chains], Array], weak: Callable[[Indices], Indices] = np.asarray
+    ) -> Mask:
+        """Return edges without lines of strengths (c,) below 0, the weakest first; lines that met in its ends join.
+
+        Of the edges of such a line those go that are `weak`: all by default.
+        """
         chosen = chosen.copy()
         while True:
             lines = self.chains(chosen)
@@ -152,7 +157,7 @@ class Edges:
                 ends = set(lines.ends[k].tolist())
                 if not met & ends:
                     met |= ends
-                    chosen[lines.of(k)] = False
+                    chosen[weak(lines.of(k))] = False
             if not met:
                 return chosen
 
