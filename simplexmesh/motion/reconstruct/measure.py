@@ -170,6 +170,8 @@ def _warn_of_topology(run: Run, *, lid: bool) -> None:
     if run.options.holes == "open":
         messages.append(openness_message(run.mesh.n_holes, run.bare if lid else 0.0, opens=run.opens))
         messages.append(sides_message(run.found.doubled if run.found else 0.0))
+    if run.found and not run.found.is_open and not run.data.oriented:
+        messages.append(handles_message(run.mesh.genus, run.found.doubtful))
     if run.options.holes == "auto":
         messages.append(open_data_message(run.target, run.data.points, run.mesh))
     if run.surface is not None:
@@ -203,6 +205,18 @@ def sides_message(doubled: float) -> str:
     return (
         f"noise hides whether {doubled:.0%} of the data is one sheet or the two sides of a solid less than three times "
         "as thick as the noise"
+    )
+
+
+def handles_message(genus: int, places: Sequence[tuple[float, ...]]) -> str:
+    """Return a message about a genus that noise or spacing may have changed at places; empty without any."""
+    if not places:
+        return ""
+    near = ", ".join(f"{value:.4g}" for value in places[0])
+    more = f" and at {counted(len(places) - 1, 'other place', 'other places')}" if places[1:] else ""
+    return (
+        f"the genus, {genus}, may be wrong: near ({near}){more} a wall or a gap is hardly thicker than the noise or "
+        "the spacing of the points; more points, or normals if they have none, may tell"
     )
 
 
