@@ -1,14 +1,14 @@
-"""The level at which an indicator bounds a solid whose genus lasts.
+"""The genus of the solid that an indicator bounds, and the level to cut it at: where it lasts.
 
-The genus changes little from level to level, but where a wall or a gap is hardly thicker than the noise or the spacing
-of points: there holes open and bridges grow one after the other. If at one genus the levels in a row are twice as many
-as at any other, it is that of the solid; else the points do not tell it.
+It changes from level to level only where a wall or a gap is hardly thicker than the noise or the spacing of points:
+there holes open and bridges grow one after the other. If at one genus the levels in a row are twice as many as at any
+other, it is that of the solid; else the points do not tell it.
 """
 
 from __future__ import annotations
 
 from itertools import groupby
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,15 +24,28 @@ NEARBY = 0.05
 FARTHEST, STEP = 0.3, 0.025
 """Levels looked at where it does not."""
 
+DEEPEST = -0.125
+"""Least level at which a field is cut, a quarter of what it is outside: less fills all bores. Nor is it cut above 0,
+where thin walls fall to pieces."""
+
 LASTING = 2.0
 """Ratio of the levels in a row at the genus that lasts longest and at any other; few of either say nothing."""
 
 
-def lasting_level(field: NDArray[Any], components: str = "largest", smallest: float = 0.0) -> tuple[float, Array]:
-    """Return the level nearest to 0 at which the genus of the solid in a field lasts, and places of doubt, in cells.
+class Lasting(NamedTuple):
+    """The genus that lasts, the level where a field is cut, and (m, 3) places, in cells, of handles that do not last.
 
-    The places (m, 3) are where handles come and go next to level 0, if no genus lasts; otherwise there are none.
+    Of one that lasts at 0 or can be had there are no places, else the level is 0, and they are where handles come or
+    go next to it.
     """
+
+    genus: int
+    level: float
+    places: Array
+
+
+def lasting_genus(field: NDArray[Any], components: str = "largest", smallest: float = 0.0) -> Lasting:
+    """Return the genus of the solid in a field that lasts over most levels in a row, and the level to cut it at."""
     box = box_around(field > -FARTHEST)
     assert box is not None  # the mean at the points is 0
     around = box_slices(*box, field.shape, margin=1)
@@ -43,16 +56,18 @@ def lasting_level(field: NDArray[Any], components: str = "largest", smallest: fl
     def genus_at(level: float) -> int:
         return genus(solid_at(level))
 
-    if len({genus_at(level) for level in (-NEARBY, 0.0, NEARBY)}) == 1:
-        return 0.0, np.zeros((0, 3))
+    nearby = {genus_at(level) for level in (-NEARBY, 0.0, NEARBY)}
+    if len(nearby) == 1:
+        return Lasting(nearby.pop(), 0.0, np.zeros((0, 3)))
     count = round(FARTHEST / STEP)
-    levels = (STEP * np.arange(-count, count + 1)).tolist()
+    levels = [STEP * k for k in range(-count, count + 1)]
     runs = [(number, list(run)) for number, run in groupby(levels, key=genus_at)]
     best, longest = max(runs, key=lambda run: len(run[1]))
     others = max((len(run) for number, run in runs if number != best), default=0)
-    if len(longest) >= max(LASTING * others, 2 * NEARBY / STEP):
-        return min(longest, key=abs), np.zeros((0, 3))
+    level = min(longest, key=abs)
+    if DEEPEST <= level <= 0 and len(longest) >= max(LASTING * others, 2 * NEARBY / STEP):
+        return Lasting(best, level, np.zeros((0, 3)))
     kept = solid_at(NEARBY)
     label, found = ndimage.label(thinned(solid_at(-NEARBY), kept) & ~kept, np.ones((3, 3, 3)))
     centers = ndimage.center_of_mass(label > 0, label, np.arange(found) + 1)
-    return 0.0, np.reshape(centers, (-1, 3)) + [side.start for side in around]
+    return Lasting(best, 0.0, np.reshape(centers, (-1, 3)) + [side.start for side in around])

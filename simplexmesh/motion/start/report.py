@@ -41,8 +41,8 @@ class StartReport:
         For points without normals: the share of the mesh's area where its two sides have only the points of one noisy
         sheet; half of it counts as open too. Sides of a solid that are closer than three times the noise look alike.
     doubtful : tuple of (x, y, z)
-        For points: the places of handles that noise or spacing may have made or closed, in walls and gaps hardly
-        thicker than these. Empty where the genus is that of many levels of the field in a row that bounds the solid.
+        For points: where handles may be of noise or lack, in walls and gaps hardly thicker than noise or spacing.
+        Empty if the genus is that of most levels in a row of the field that bounds the solid.
     """
 
     grid: tuple[int, int, int]

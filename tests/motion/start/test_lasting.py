@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from simplexmesh.motion.start.lasting import lasting_level
+from simplexmesh.motion.start.lasting import NEARBY, lasting_genus
 from simplexmesh.motion.start.topology import genus
 
 
@@ -18,42 +18,38 @@ def plate(*holes):
     return field
 
 
-@pytest.mark.parametrize("value", [-0.4, -0.06, 0.06, 0.35])
-def test_a_genus_that_is_the_same_nearby_is_believed(value):
-    level, doubtful = lasting_level(plate(value))
-    assert level == 0
-    assert not len(doubtful)
+@pytest.mark.parametrize(("value", "holes"), [(-0.4, 1), (-0.06, 1), (0.06, 0), (0.35, 0)])
+def test_a_genus_that_is_the_same_nearby_is_believed(value, holes):
+    found = lasting_genus(plate(value))
+    assert (found.genus, found.level, len(found.places)) == (holes, 0, 0)
 
 
 def test_holes_that_open_one_after_the_other_are_closed():
     field = plate(-0.02, -0.01, 0.01, 0.04, 0.08, 0.12, 0.16, 0.2, 0.24)
     assert genus(field > 0) == 2
-    level, doubtful = lasting_level(field)
-    assert level == pytest.approx(-0.025)
-    assert genus(field > level) == 0
-    assert not len(doubtful)
-
-
-def test_gaps_that_fill_one_after_the_other_are_opened():
-    field = plate(-0.24, -0.2, -0.16, -0.12, -0.08, -0.04, -0.01, 0.01)
-    level, doubtful = lasting_level(field)
-    assert level == pytest.approx(0.025)
-    assert genus(field > level) == 8
-    assert not len(doubtful)
+    found = lasting_genus(field)
+    assert found.level == pytest.approx(-0.025)
+    assert genus(field > found.level) == found.genus == len(found.places) == 0
 
 
 @pytest.mark.parametrize("margin", [0, 4])
 def test_places_are_told_where_two_genera_last(margin):
-    field = np.pad(plate(-0.02, 0.4, -0.01, 0.02), margin, constant_values=-0.5)
-    level, doubtful = lasting_level(field)
-    assert level == 0
-    np.testing.assert_allclose(np.sort(doubtful[:, 0]), margin + np.array([8.5, 32.5, 44.5]), atol=1)
-    np.testing.assert_allclose(doubtful[:, 1], margin + 5.5, atol=1)
-    np.testing.assert_allclose(doubtful[:, 2], margin + 4.5, atol=2)
+    found = lasting_genus(np.pad(plate(-0.02, 0.4, -0.01, 0.03), margin, constant_values=-0.5))
+    assert (found.level, found.genus) == (0, 0)
+    np.testing.assert_allclose(np.sort(found.places[:, 0]), margin + np.array([8.5, 32.5, 44.5]), atol=1)
+    np.testing.assert_allclose(found.places[:, 1], margin + 5.5, atol=1)
+    np.testing.assert_allclose(found.places[:, 2], margin + 4.5, atol=2)
 
 
-def test_a_genus_of_few_levels_says_nothing():
-    field = plate(*np.arange(-0.29, 0.3, 0.025))
-    level, doubtful = lasting_level(field)
-    assert level == 0
-    assert len(doubtful) == 4
+@pytest.mark.parametrize(
+    "holes",
+    [
+        np.arange(-0.29, 0.3, 0.025),  # none lasts
+        [-0.16, -0.11, -0.09, -0.06, -0.01, 0.01, 0.04, 0.09, 0.14, 0.19, 0.24],  # only far below
+        [-0.24, -0.2, -0.16, -0.12, -0.08, -0.04, -0.01, 0.01],  # only above
+    ],
+)
+def test_a_genus_that_lasts_nowhere_near_is_not_taken(holes):
+    found = lasting_genus(plate(*holes))
+    assert found.level == 0
+    assert len(found.places) == np.count_nonzero(np.abs(holes) < NEARBY)
