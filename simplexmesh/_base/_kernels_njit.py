@@ -71,7 +71,11 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
         if signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
             return super().compile(sig)
         with deferred_interrupts() as interrupts:
-            code = super().compile(sig)
+            try:
+                code = super().compile(sig)
+            except Exception:
+                interrupts.check()
+                raise
         interrupts.check()
         return code
 

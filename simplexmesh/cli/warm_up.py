@@ -71,7 +71,7 @@ def examples() -> dict[str, Callable[[], Any]]:
         "saliency": lambda: (sm.saliency(triangles), sm.hk_classes(triangles)),
         "simplify": lambda: sm.simplify(triangles, 0.05),
         "features": lambda: sm.zones(sm.clipped(triangles, (0, 0, 0), (0, 0, 1), cap=True), tolerance=0.5).kinds,
-        "primitives": lambda: sm.extract_primitives(pipe),
+        "primitives": lambda: (sm.extract_primitives(pipe), sm.fit_primitive(pipe, "cylinder")),
         "pipes": lambda: sm.extract_pipes(pipe),
         "deviation": lambda: sm.deviation(triangles, sm.sphere(16).triangulated("dual")),
         "signatures": lambda: sm.match(sm.sai(egg), sm.sai(egg)),

@@ -48,6 +48,11 @@ def test_ctrl_c_waits_for_the_compiler():
     assert len(kernel.signatures) == 1
 
 
+def test_ctrl_c_is_not_lost_where_the_compiler_fails():
+    with compiling(lambda: signal.raise_signal(signal.SIGINT), lambda: None), pytest.raises(KeyboardInterrupt):
+        fresh()("no number")
+
+
 @pytest.mark.slow
 def test_a_function_tells_it_on_standard_error(tmp_path):
     code = "import simplexmesh as sm; sm.sphere(2).connectivity.edge_vertices; sm.parts(sm.sphere(2))"

@@ -44,7 +44,7 @@ def test_thin_sheets_have_two_sides(half, noise, seed):
 
 
 def test_fins_thinner_than_two_spacings_are_solid():
-    """Nine fins, 1.2 thick, on a plate; spacing 0.85. Of floods too coarse for gaps a third of the sides is wrong."""
+    """Nine fins, 1.2 thick; points are 0.67 apart. Of floods too coarse for gaps a third of the sides is wrong."""
     rng, left, deep = np.random.default_rng(0), 5.0 * np.arange(9), 50.0
     fins = [corner for x in left for corner in ((x, 4), (x, 22), (x + 1.2, 22), (x + 1.2, 4))]
     profile = np.array([(0, 0), *fins, (41.2, 0)])

@@ -19,9 +19,6 @@ NEIGHBORS = 16
 FINE = 0.1
 """Noise in distances between points below which half as many neighbors tell a normal."""
 
-PLACES = 300
-"""At most, whose neighbors tell whether points are on a curve."""
-
 SAMPLED = 3000
 """Points whose surroundings tell the noise."""
 
@@ -34,11 +31,14 @@ EXACT, EXACT_PLACES = 0.1, 0.25
 FLOOR = 1e-2
 """Least noise in distances between points: what is below is the bend of the surface between them."""
 
-MANY = 512
-"""Neighbors, at most, of which one sees that points are on a curve."""
+BESIDE, MANY = 8, 512
+"""Neighbors that tell whether others are beside a line, and among how many, at most, these are every second, ..."""
 
-NARROW = 0.03
-"""Of the variance along neighbors, that across them on a curve, and the share of its places where others are near."""
+NARROW = 0.1
+"""Of the variance along neighbors, that across them on a line."""
+
+ON_SURFACE = 0.03
+"""Share of the points that have others beside their line, at least."""
 
 FLAT = 0.12
 """Of the mean squared distance of neighbors, their variance from a plane: above they are no surface, but a volume."""
@@ -69,13 +69,15 @@ def working(points: Array, noise: float | None, rng: np.random.Generator) -> Wor
     """Return what is looked at of points of unit size."""
     if len(points) > MOST:
         points = points[np.sort(rng.choice(len(points), MOST, replace=False))]
+    share = evening(points)
+    if (share > 0).mean() < ON_SURFACE:
+        raise ValueError("cloud must be of surfaces, but its points are on a curve")
+    points = points[rng.random(len(points)) < np.where(share > 0, share, 1)]
     tree = cKDTree(points)
     count = min(NEIGHBORS, len(points))
     distance, near = tree.query(points, k=count, workers=-1)
     spacing = spacing_within(distance[:, -1], count)
     deviation = noise if noise is not None else max(measured_noise(points, tree, rng), FLOOR * spacing)
-    if on_curve(points, tree):
-        raise ValueError("cloud must be of surfaces, but its points are on a curve")
     fine = deviation < FINE * spacing
     wide = near[:, : NEIGHBORS // 2] if fine else near
     normals, variance, _ = fitted(points, wide)
@@ -86,24 +88,22 @@ def working(points: Array, noise: float | None, rng: np.random.Generator) -> Wor
     return Working(points, near, beside, reach, normals, smooth, np.sqrt(variance), spacing, deviation, fine)
 
 
-def on_curve(points: Array, tree: cKDTree) -> bool:
-    """Return whether neighbors of nearly all points are on a line, where they are no lump of noise and farther away.
+def evening(points: Array) -> Array:
+    """Return the shares (n,) of points that are as far apart along the lines of a scanner as these from each other.
 
-    A surface of some lines of a scanner has others farther away; more than an eighth of a bent curve is no line.
+    It is 0 where nothing is beside the line. More than an eighth of a bent curve is no line.
     """
-    some = points[:: -(-len(points) // PLACES)]
-    most = min(MANY, max(NEIGHBORS + 1, len(points) // 8), len(points))
-    near = points[tree.query(some, k=most, workers=-1)[1]]
-    thin = False
-    for count in (*range(NEIGHBORS, min(4 * NEIGHBORS + 1, most), NEIGHBORS), most):
-        apart = near[:, :count] - near[:, :count].mean(axis=1, keepdims=True)
-        out, across, along = np.linalg.eigvalsh(apart.transpose(0, 2, 1) @ apart).T
-        far = count == most
-        if far or np.median(out - NARROW * along) < 0:
-            if (across > NARROW * along).mean() > NARROW:
-                return False
-            thin |= not far
-    return thin
+    tree, share = cKDTree(points), np.zeros(len(points))
+    narrow, step = np.arange(len(points)), 1
+    most = min(MANY, max(NEIGHBORS, len(points) // 8))
+    while len(narrow) and step * BESIDE <= most:
+        near = points[tree.query(points[narrow], k=step * (np.arange(BESIDE) + 1), workers=-1)[1]]
+        apart = near - near.mean(axis=1, keepdims=True)
+        _, across, along = np.linalg.eigvalsh(apart.transpose(0, 2, 1) @ apart).T
+        wide = across > NARROW * along
+        share[narrow[wide]] = 1 / step
+        narrow, step = narrow[~wide], 2 * step
+    return share
 
 
 def measured_noise(points: Array, tree: cKDTree, rng: np.random.Generator) -> float:

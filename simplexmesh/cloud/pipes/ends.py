@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import dot, norm, normalized, tangents
@@ -22,14 +23,14 @@ LAST_BENDS = np.geomspace(0.3, 3.0, 8)
 BEYOND = 2
 """Points beyond an end, which may be strays."""
 
-WIDE = 2.0
-"""Distance from the axis of what is looked at, in radii."""
+RIM = 0.5
+"""Distance from the rim, along and outward, within which something begins, in radii."""
 
-AT_END, BEFORE = (-0.25, 1.0), (-3.0, -1.75)
-"""Where something may begin, and where it must not be yet: a floor is beside the whole pipe."""
+SECTORS, MUCH = 12, 0.4
+"""Of the rim, and the share of those seen at which it must begin: floors and other pipes are beside a few."""
 
-FEW = 0.2
-"""Points that begin, as a share of those on a radius of the line: outliers are fewer."""
+FEW = 0.15
+"""Points that begin in a sector, as a share of those of the line, beside twice the outliers as far before the rim."""
 
 
 def with_ends(around: Surroundings, chain: Chain, deviation: float, *, bends: bool = False) -> Chain:
@@ -123,19 +124,26 @@ def _bent(chain: Chain, angle: float) -> Chain:
     return replace(chain, corners=corners)
 
 
-def with_stops(line: PipeLine, points: Array) -> PipeLine:
-    """Return a line that says where more begins among the points (n, 3) of the cloud than its own that end."""
-    ways = zip(line.stops, line.chain.corners[[0, -1]], line.chain.directions[[0, -1]] * [[-1], [1]], strict=True)
-    start, end = ("obstacle" if stop == "end" and _begins(line, points, *way) else stop for stop, *way in ways)
+def with_stops(line: PipeLine, tree: cKDTree, origin: Array) -> PipeLine:
+    """Return a line that says at which ends something wider begins; the tree is of the whole cloud, less an origin."""
+    start, end = (
+        "obstacle" if stop == "end" and _begins(line, tree, line.chain.corners[k] - origin, k) else stop
+        for k, stop in zip((0, -1), line.stops, strict=True)
+    )
     return replace(line, stops=(start, end))
 
 
-def _begins(line: PipeLine, points: Array, end: Array, along: Array) -> bool:
-    """Whether there is more around an end that is not of the line than as far before it."""
-    r = float(line.chain.radii.max())
-    others = points[(line.labels < 0) & (np.abs(points - end) < 4 * r).all(axis=1)] - end
-    height = others @ along
-    away = norm(others - height[:, None] * along)
-    near = (away < WIDE * r) & (np.abs(away - r) > BAND * r)
-    begun, before = (int((near & (height > low * r) & (height < high * r)).sum()) for low, high in (AT_END, BEFORE))
-    return begun - before > FEW * (line.labels >= 0).sum() * r / line.length
+def _begins(line: PipeLine, tree: cKDTree, end: Array, k: int) -> bool:
+    """Whether outside of much of the rim at the first or last corner there are more points than outliers before it."""
+    along, r = line.chain.directions[k] * (1 if k else -1), line.elements[k].radius
+    near = np.array(tree.query_ball_point(end, 4 * RIM * r + r), dtype=np.int64)
+    away = np.asarray(tree.data)[near] - end
+    height, (x, y) = away @ along / (RIM * r), (away @ axis for axis in tangents(along))
+    beyond = np.hypot(x, y) / r - 1
+    own, at_rim = line.labels[near] >= 0, np.abs(height) < 1
+    wider = ~own & (beyond > BAND / 2) & (beyond < RIM)
+    before = wider & (height > -3) & (height < -1)
+    sector = ((np.arctan2(y, x) / (2 * np.pi) + 0.5) * SECTORS).astype(np.int64) % SECTORS
+    seen, begun = (np.bincount(sector[some & at_rim], minlength=SECTORS) for some in (own, wider))
+    level = FEW * seen[seen > 0].mean() + 2 * before.sum() / SECTORS if seen.any() else np.inf
+    return bool((begun[seen > 0] > level).sum() > MUCH * (seen > 0).sum())

@@ -81,7 +81,7 @@ def follow_pipe(
     points = data.points - origin
     tree = cKDTree(points, balanced_tree=False, compact_nodes=False)
     line = line_of(tree, origin, *followed(beginning(tree, place - origin, limits, reach)))
-    return replace(with_stops(line, data.points), unit=data.unit)
+    return replace(with_stops(line, tree, origin), unit=data.unit)
 
 
 def radius_limits(radius: float | tuple[float, float] | None) -> tuple[float, float]:

@@ -180,10 +180,11 @@ def _plant(
     in_cylinders = _in_cylinders(scene, kept, tree, origin, limits, gap, taken)
     starts = chained(in_cylinders, _picked(tree, limits, gap, taken, scene.labels[kept] >= 0, scene.noise, rng))
     lines, tees = with_tees(_lines(tree, origin, starts, taken, report), tree, origin)
+    whole = cKDTree(data.points - origin, balanced_tree=False, compact_nodes=False)
     for k, line in enumerate(lines):
         own = np.full(len(labels), -1)
         own[kept] = line.labels
-        lines[k] = with_stops(replace(line, labels=checks.frozen(own), unit=data.unit), data.points)
+        lines[k] = with_stops(replace(line, labels=checks.frozen(own), unit=data.unit), whole, origin)
         labels[(own >= 0) & (labels < 0)] = k
     return Plant(tuple(lines), tuple(tees), checks.frozen(labels), data.unit)
 

@@ -26,7 +26,7 @@ MOST_STEPS = 5
 ALIKE = 6
 """Power of the share of neighbors that face the same way, by which a point counts: where surfaces bend sharply, scans
 see different parts, and planes through these pull them together. With all points alike poses err 1.8 times as much on
-the mane of the lion; in return they err by a tenth to a third more on spot, the coupling and the mannequin."""
+the mane of the lion, and a tenth to a quarter less on spot, the coupling and the mannequin."""
 
 
 def adjusted(scans: Sequence[OrientedPoints], poses: Array) -> Array:

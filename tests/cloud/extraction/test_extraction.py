@@ -171,6 +171,25 @@ def test_shown_as_text_and_table(found):
     assert "no primitives in" in repr(sm.extract_primitives(np.random.default_rng(0).normal(size=(200, 3))))
 
 
+def sheet(along, lines, shape):
+    """Points of a surface over the unit square on lines of a scanner."""
+    u, v = (each.ravel() for each in np.meshgrid(np.linspace(0, 1, along), np.linspace(0, 1, lines)))
+    return np.stack(shape(u, v), axis=1)
+
+
+@pytest.mark.parametrize(("along", "lines"), [(77, 77), (133, 45), (250, 24), (545, 11)])
+def test_lines_of_a_scanner_may_be_fifty_times_as_far_apart_as_their_points(along, lines):
+    floor = sheet(along, lines, lambda u, v: (4 * u, 4 * v, 0 * u))
+    pipe = sheet(along, lines, lambda u, v: (1 + 0.6 * np.cos(3.8 * u), 3.6 * v, 1.5 + 0.6 * np.sin(3.8 * u)))
+    points = np.concatenate([floor, pipe])
+    scene = sm.extract_primitives(points + np.random.default_rng(0).normal(scale=2e-3, size=points.shape))
+    kinds = {each.kind: k for k, each in enumerate(scene.primitives)}
+    assert sorted(each.kind for each in scene.primitives) == ["cylinder", "plane"]
+    right = np.repeat([kinds["plane"], kinds["cylinder"]], len(floor))
+    assert (scene.labels == right).mean() > 0.95
+    assert abs(scene.primitives[kinds["cylinder"]].radius - 0.6) < 2e-3
+
+
 @pytest.mark.parametrize(
     ("points", "given", "words"),
     [

@@ -119,16 +119,48 @@ class TestShadows:
 
 
 class TestStops:
-    def test_say_that_a_wall_begins_but_not_that_a_floor_is_beside(self):
+    def stops(self, points):
+        """Follow a pipe of radius 1 along x; return why it stops in the order of x, and where."""
+        line = sm.follow_pipe(points, points[np.abs(points[:, 0] - 6).argmin()])
+        ends = [(line.elements[0].start[0], line.stops[0]), (line.elements[-1].end[0], line.stops[1])]
+        return zip(*sorted(ends), strict=True)
+
+    def pipe(self, rng, view=None):
+        return sampled(chain_of([[0.0, 0, 0], [12, 0, 0]], [], 1.0), rng, 30.0, 0.01, view, 180.0)[0]
+
+    @pytest.mark.parametrize("sparse", [1, 4])
+    def test_say_that_a_wall_begins_but_not_that_a_floor_is_beside(self, sparse):
+        """Also where that end of the pipe is as sparse as the wall."""
         rng = np.random.default_rng(0)
-        chain = chain_of([[0.0, 0, 0], [12, 0, 0]], [], 1.0)
-        points = sampled(chain, rng, 30.0, 0.01)[0]
+        points = self.pipe(rng)
+        points = points[rng.random(len(points)) < np.where(points[:, 0] > 8, 1 / sparse, 1)]
         wall, floor = rng.uniform(-6, 6, (2, 4000, 3))
         wall[:, 0], floor[:, 2] = 12, -1.5
-        wall = wall[np.hypot(wall[:, 1], wall[:, 2]) > 1]
-        line = sm.follow_pipe(np.concatenate([points, wall, floor]), points[np.abs(points[:, 0] - 6).argmin()])
-        forward = line.elements[0].start[0] < 6
-        assert line.stops == (("end", "obstacle") if forward else ("obstacle", "end"))
+        wall = wall[np.hypot(wall[:, 1], wall[:, 2]) > 1][::sparse]
+        ends, stops = self.stops(np.concatenate([points, wall, floor]))
+        assert_allclose(ends, [0, 12], atol=0.3)
+        assert stops == ("end", "obstacle")
+
+    @pytest.mark.parametrize("beside", ["cap", "shadow", "wall behind", "thinner", "outliers", "neighbor"])
+    def test_are_ends_where_nothing_wider_begins_at_the_rim(self, beside):
+        rng = np.random.default_rng(0)
+        points = self.pipe(rng, np.array([0, 0, 1.0]) if beside == "shadow" else None)
+        y, z = rng.uniform(-6, 6, (2, 9000))
+        disc = np.column_stack([np.full(9000, 12.0), y, z])
+        if beside == "shadow":
+            x = 1.5 * y + 6
+            more = np.column_stack([x, z, np.full(9000, -1.4)])[(x < 0) | (x > 12) | (np.abs(z) > 1)]
+        elif beside == "wall behind":
+            more = np.add(disc, [0.8, 0, 0])
+        elif beside == "cap":
+            more = disc[np.hypot(y, z) < 1]
+        elif beside == "outliers":
+            more = rng.uniform([-3, -3, -3], [15, 3, 3], (len(points), 3))
+        elif beside == "neighbor":
+            more = np.add(self.pipe(rng), [11.7, 2.1, 0])
+        else:
+            more = 0.3 * self.pipe(rng) + [12, 0, 0]
+        assert list(self.stops(np.concatenate([points, more])))[1] == ("end", "end")
 
 
 class TestDiameters:
