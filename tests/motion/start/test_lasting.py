@@ -5,8 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from simplexmesh.data.points import PointCloud
+from simplexmesh.motion.start import from_points
 from simplexmesh.motion.start.lasting import NEARBY, lasting_genus
 from simplexmesh.motion.start.topology import genus
+from simplexmesh.orientation.poisson import Grid, Indicator
 
 
 def plate(*holes):
@@ -45,6 +48,7 @@ def test_places_are_told_where_two_genera_last(margin):
     "holes",
     [
         np.arange(-0.29, 0.3, 0.025),  # none lasts
+        np.delete(np.arange(-0.29, 0.3, 0.025), [8, 9]),  # three levels are few
         [-0.16, -0.11, -0.09, -0.06, -0.01, 0.01, 0.04, 0.09, 0.14, 0.19, 0.24],  # only far below
         [-0.24, -0.2, -0.16, -0.12, -0.08, -0.04, -0.01, 0.01],  # only above
     ],
@@ -53,3 +57,22 @@ def test_a_genus_that_lasts_nowhere_near_is_not_taken(holes):
     found = lasting_genus(plate(*holes))
     assert found.level == 0
     assert len(found.places) == np.count_nonzero(np.abs(holes) < NEARBY)
+
+
+@pytest.mark.parametrize(
+    ("holes", "handles", "places"),
+    [
+        ((-0.02, -0.01, 0.01, 0.04, 0.08, 0.12, 0.16, 0.2, 0.24), 0, []),
+        ((-0.02, 0.4, -0.01, 0.03), 2, [5.25, 17.25, 23.25]),
+        ((-0.02, 0.4, 0.03), 1, [5.25, 17.25]),
+        ((-0.21, 0.03, 0.19), 1, []),  # the genus of 10 levels in a row, of 6 there is another
+    ],
+)
+def test_starts_have_a_genus_that_lasts_or_tell_of_doubt(monkeypatch, holes, handles, places):
+    values = plate(*holes)
+    indicator = Indicator(Grid(np.array([1.0, 2.0, 3.0]), 0.5, values.shape), values)
+    monkeypatch.setattr(from_points, "_indicator", lambda cloud, vertices: indicator)
+    cloud = PointCloud(indicator.grid.to_world(np.argwhere(values > 0)))
+    start = from_points.start_from_points(cloud, 600)
+    assert start.mesh.genus == start.report.genus == handles
+    np.testing.assert_allclose(sorted(x for x, _, _ in start.report.doubtful), places, atol=0.5)
