@@ -16,7 +16,7 @@ from scipy import ndimage
 
 from simplexmesh._base.arrays import Array, Mask
 from simplexmesh.data.box import box_around, box_slices
-from simplexmesh.motion.start.topology import genus, pieces, thinned, without_cavities
+from simplexmesh.motion.start.topology import genus, pieces, thinned, within, without_cavities
 
 NEARBY = 0.05
 """Levels up to which, the jump being 1, the genus at 0 must stay the same to be believed as it is."""
@@ -27,6 +27,9 @@ FARTHEST, STEP = 0.3, 0.025
 DEEPEST = -0.125
 """Least level at which a field is cut, a quarter of what it is outside: less fills all bores. Nor is it cut above 0,
 where thin walls fall to pieces."""
+
+LAYERS = 6.0
+"""Of cells that a level may add: of thin walls it adds 3 to 5, lids of open data move by 40."""
 
 LASTING = 2.0
 """Ratio of the levels in a row at the genus that lasts longest and at any other; few of either say nothing."""
@@ -65,9 +68,15 @@ def lasting_genus(field: NDArray[Any], components: str = "largest", smallest: fl
     best, longest = max(runs, key=lambda run: len(run[1]))
     others = max((len(run) for number, run in runs if number != best), default=0)
     level = min(longest, key=abs)
-    if DEEPEST <= level <= 0 and len(longest) >= max(LASTING * others, 2 * NEARBY / STEP):
+    lasts = len(longest) >= max(LASTING * others, 2 * NEARBY / STEP)
+    if lasts and DEEPEST <= level <= 0 and _is_grown(solid_at(0.0), solid_at(level)):
         return Lasting(best, level, np.zeros((0, 3)))
     kept = solid_at(NEARBY)
     label, found = ndimage.label(thinned(solid_at(-NEARBY), kept) & ~kept, np.ones((3, 3, 3)))
     centers = ndimage.center_of_mass(label > 0, label, np.arange(found) + 1)
     return Lasting(best, 0.0, np.reshape(centers, (-1, 3)) + [side.start for side in around])
+
+
+def _is_grown(solid: Mask, other: Mask) -> bool:
+    """Return whether another solid is the same but for layers of cells, no other piece and no lid elsewhere."""
+    return bool((other >= solid).all() and (within(solid, LAYERS) >= other).all())

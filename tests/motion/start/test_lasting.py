@@ -35,6 +35,15 @@ def test_holes_that_open_one_after_the_other_are_closed():
     assert genus(field > found.level) == found.genus == len(found.places) == 0
 
 
+@pytest.mark.parametrize(("first", "end", "level"), [(12, 40, 0.0), (9, 40, 0.0), (9, 14, -0.025)])
+def test_no_larger_piece_and_no_lid_that_is_only_below_is_taken(first, end, level):
+    """A slab beside the plate or on its side, nothing of which is there at level 0; a low one on its side may be."""
+    field = plate(-0.02, -0.01, 0.01, 0.04, 0.08, 0.12, 0.16, 0.2, 0.24)
+    field = np.pad(field, ((0, 0), (0, 34), (0, 0)), constant_values=-0.5)
+    field[3:-3, first:end, 3:-3] = -0.015
+    assert lasting_genus(field).level == pytest.approx(level)
+
+
 @pytest.mark.parametrize("margin", [0, 4])
 def test_places_are_told_where_two_genera_last(margin):
     found = lasting_genus(np.pad(plate(-0.02, 0.4, -0.01, 0.03), margin, constant_values=-0.5))
