@@ -12,7 +12,7 @@ from numba import prange
 from simplexmesh._base._kernels_njit import njit
 from simplexmesh.numerics._kernels_frames import tangents
 from simplexmesh.numerics._kernels_matrices import diagonalize, solve
-from simplexmesh.numerics._kernels_vectors import assign, difference, dot, minus, row
+from simplexmesh.numerics._kernels_vectors import difference, dot, minus, row
 
 FLAT = 1e-12
 """Of the squared length of points on a line: less is no width."""
@@ -65,22 +65,17 @@ def fit_planes(points, near, normals, variance, projected):
 
 @njit(cache=True, error_model="numpy", parallel=True)
 def fit_sides(points, near, normals, cosine, fitted):
-    """Fill normals of planes through those of `near` (n, k) that face as a point does; its own if they tell none.
-
-    They are as long as the planes are flat: 1 less the ratio of the deviations off the plane and along it, the smaller.
-    """
+    """Fill normals of planes through those of `near` (n, k) that face as a point does; its own if they tell none."""
     for i in prange(len(near)):
         own = row(normals, near[i, 0])
         members = near[i][np.array([dot(own, row(normals, j)) > cosine for j in near[i]])]
-        assign(fitted[i], own)
+        fitted[i] = normals[near[i, 0]]
         if len(members) < 4:
             continue
         normal = np.empty(3)
         _, moments = fit_plane(points, members, row(points, near[i, 0]), math.inf, normal)
         if moments[1] > FLAT * moments[2]:
-            length = math.copysign(1.0 - math.sqrt(moments[0] / moments[1]), dot(own, normal))
-            for a in range(3):
-                fitted[i, a] = length * normal[a]
+            fitted[i] = normal if dot(own, normal) > 0 else -normal
 
 
 @njit(cache=True, error_model="numpy")

@@ -8,7 +8,6 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices
-from simplexmesh._base.vectors import norm
 from simplexmesh.numerics import _kernels_local_fits
 
 FEW_NEIGHBORS, MANY_NEIGHBORS = 16, 40
@@ -81,15 +80,11 @@ def spacing_within(farthest: Array, count: int) -> float:
 
 
 def sided(points: Array, normals: Array, neighbors: int) -> Array:
-    """Return normals (n, 3) of planes through those of the nearest neighbors on the side that rough unit ones tell.
-
-    Of planes less flat than the median one they are as much shorter than 1: edges are there, or neighbors of two sides.
-    """
+    """Return normals (n, 3) of planes through those of the nearest neighbors on the side that rough unit ones tell."""
     near = cKDTree(points).query(points, k=np.arange(neighbors) + 1, workers=-1)[1]
     out = np.empty_like(normals)
     _kernels_local_fits.fit_sides(np.ascontiguousarray(points), near, normals, SAME_SIDE, out)
-    flatness = norm(out)
-    return np.asarray(out / np.maximum(flatness, np.median(flatness))[:, None])
+    return out
 
 
 def _fit(tree: cKDTree, places: Array, count: int) -> Planes:

@@ -204,8 +204,7 @@ def oriented_indicator(points: Array, found: Planes, cell: float) -> Indicator:
     for cavities that no coarse flood enters, and led by a coarse grid, where holes in the data close, but also thin
     walls cancel out; normals that point away from the centroid, for open containers that all floods enter; and, if
     they do not settle or most floods disagree, the flood least in doubt, for fins and gaps of few spacings. Then
-    neighbors on the other side of walls are known, and normals are fitted again without them, shorter where they still
-    tell no plane: long ones tear walls open.
+    neighbors on the other side of walls are known, and normals are fitted again without them.
     """
     fine = Poisson.of(points, cell)
     floods = list(_floods(points, found.spacing))
@@ -224,8 +223,7 @@ def oriented_indicator(points: Array, found: Planes, cell: float) -> Indicator:
         away = _opposed_to(found.normals, points.mean(axis=0) - points)
         tried = [common, *(fixpoint(coarse, normals).normals for normals in (common, away))]
         if faults(best):
-            fields = [Fixpoint(vote, fine.indicator(vote), settled=False) for vote in votes]
-            tried.append(min(fields, key=doubt).normals)
+            tried.append(min(votes, key=lambda vote: doubt(Fixpoint(vote, fine.indicator(vote), settled=False))))
         best = min((best, *(fixpoint(fine, normals) for normals in tried)), key=doubt)
     return fine.indicator(sided(points, normalized(-best.field.at(points)[1]), found.neighbors))
 

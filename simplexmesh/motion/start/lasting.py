@@ -69,14 +69,9 @@ def lasting_genus(field: NDArray[Any], components: str = "largest", smallest: fl
     others = max((len(run) for number, run in runs if number != best), default=0)
     level = min(longest, key=abs)
     lasts = len(longest) >= max(LASTING * others, 2 * NEARBY / STEP)
-    if lasts and DEEPEST <= level <= 0 and _is_grown(solid_at(0.0), solid_at(level)):
+    if lasts and DEEPEST <= level <= 0 and (within(solid_at(0.0), LAYERS) >= solid_at(level)).all():
         return Lasting(best, level, np.zeros((0, 3)))
     kept = solid_at(NEARBY)
     label, found = ndimage.label(thinned(solid_at(-NEARBY), kept) & ~kept, np.ones((3, 3, 3)))
     centers = ndimage.center_of_mass(label > 0, label, np.arange(found) + 1)
     return Lasting(best, 0.0, np.reshape(centers, (-1, 3)) + [side.start for side in around])
-
-
-def _is_grown(solid: Mask, other: Mask) -> bool:
-    """Return whether another solid is the same but for layers of cells, no other piece and no lid elsewhere."""
-    return bool((other >= solid).all() and (within(solid, LAYERS) >= other).all())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import re
 
@@ -363,3 +364,9 @@ def test_a_model_of_closed_data_has_data_everywhere(body, noise):
 def test_points_too_few_to_show_a_surface_are_refused(count):
     with pytest.raises(ValueError, match="data must have more points"):
         sm.reconstruct(sm.sphere(10).vertices[:: 200 // count][:count], vertices=500)
+
+
+def test_corners_of_a_cube_show_no_surface():
+    corners = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
+    with pytest.raises(ValueError, match="those given show no surface"):
+        sm.reconstruct(corners)

@@ -82,6 +82,14 @@ class TestClosedForms:
         )
         assert sm.zones(body, network).kinds == ("plane",) * zones
 
+    def test_a_pyramid_of_ten_triangles(self):
+        turn = np.arange(6) * np.pi / 3
+        base = [[0, k + 1, k] for k in range(1, 5)]
+        sides = [[k, (k + 1) % 6, 6] for k in range(6)]
+        corners = np.vstack([np.column_stack([np.cos(turn), np.sin(turn), 0 * turn]), [0, 0, 1]])
+        network = sm.feature_lines(sm.TriangleMesh(corners, base + sides))
+        assert (len(network.lines), len(network.nodes), network.noise) == (12, 7, 0)
+
     @pytest.mark.parametrize("bend", [8, 20, 40, 90])
     def test_fold(self, bend):
         (line,) = sm.feature_lines(folded(bend), angle=np.radians(5)).lines

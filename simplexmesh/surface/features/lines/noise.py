@@ -29,7 +29,7 @@ def vertex_noise(facets: Facets) -> Array:
     sides, n = np.stack([half, facets.mates[half]], axis=1) // 3, len(facets.faces)
     bends = _bends(facets, half)
     off, step = np.abs(bends), _step(facets.vertices)
-    noise = float(np.quantile(off, FEW)) / DEVIATION if len(off) else 0.0
+    noise = float(np.quantile(off, FEW)) / DEVIATION if len(off) >= TELLING else 0.0
     largest = LARGEST * float(np.sqrt(facets.areas.mean()))
     if step < largest and (off < step).any():
         noise = max(noise, min(float(np.median(off[off < step])) / HALF_DEVIATION, step / np.sqrt(12)))
@@ -93,6 +93,9 @@ LARGEST = 0.5
 
 TRIPLES = ((1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2))
 """The corners left where one of four is taken away."""
+
+TELLING = 100
+"""Edges that tell any: a body of fewer is what its few triangles are."""
 
 FEW, DEVIATION, HALF_DEVIATION = 0.15, 0.18912, 0.67449
 """A share, and the values below which so many and half of the absolute values of a standard normal distribution are."""
