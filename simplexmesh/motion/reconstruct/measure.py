@@ -30,6 +30,9 @@ from simplexmesh.numerics.plane_fits import spacing_of
 MOST_UNSEEN, MOST_MISSED = 0.25, 0.05
 """Fractions of the model without data nearby, and of the data without model nearby, above which a warning is given."""
 
+MOST_LOST = 0.01
+"""Share of the data that a model may stray from without a warning; of walls thicker than their noise it is 0."""
+
 MOST_DOUBLED = 0.25
 """Share of a start that may be one sheet or two sides, above which a warning is given: thicker plates have less."""
 
@@ -77,6 +80,12 @@ class Strays:
         now, then = (surface.closest(points[here])[0] for surface in surfaces)
         return np.asarray(nearest[here][now > then + self.edge])
 
+    def left(self, points: Array, away: Array) -> Mask:
+        """Return the points (m,) that a mesh, `away` (m,) from them, strayed from."""
+        out = away > self.edge
+        out[out] = away[out] > self._surface.closest(points[out])[0] + self.edge
+        return out
+
     def around(self, mesh: SimplexMesh, strayed: Mask, rings: int) -> Mask:
         """Return the vertices (n,) that strayed, those linked to them by others half as far off, and rings of more."""
         loose, grown = self.among(mesh, 0.5), strayed
@@ -91,14 +100,26 @@ def restore(run: Run) -> None:
         return
     scatter = max(spacing_of(run.tree), getattr(run.target, "noise", 0.0))  # of the distances of places to the data
     strays = Strays(run.start, run.tree, max(mean_edge(run.mesh), 2 * scatter))
-    if not strays.among(run.mesh).any():
-        return
-    tangles = restored(Tangles(run.mesh), strays, run.target)
-    run.restored = int((tangles.mesh.vertices != run.mesh.vertices).any(axis=1).sum())
-    run.strayed, run.mesh, run.tangled = int(strays.among(tangles.mesh).sum()), tangles.mesh, tangles.count
+    if strays.among(run.mesh).any():
+        tangles = restored(Tangles(run.mesh), strays, run.target)
+        run.restored = int((tangles.mesh.vertices != run.mesh.vertices).any(axis=1).sum())
+        run.strayed, run.mesh, run.tangled = int(strays.among(tangles.mesh).sum()), tangles.mesh, tangles.count
     if run.strayed:
         count = counted(run.strayed, "vertex is", "vertices are")
         warn(f"{count} farther from the data than the start was there; more vertices or another start may help")
+    if message := lost_message(run.points, strays.left(run.points, run.away(run.points))):
+        warn(message)
+
+
+def lost_message(points: Array, lost: Mask) -> str:
+    """Return a message about points of the data that a model strayed from; empty if they are few."""
+    if lost.mean() <= MOST_LOST:
+        return ""
+    near = ", ".join(f"{value:.4g}" for value in points[lost][0])
+    return (
+        f"the model strayed from {lost.mean():.0%} of the data, as near ({near}), that its start was near to; "
+        "more points, or normals if they have none, may keep it"
+    )
 
 
 def restored(tangles: Tangles, strays: Strays, target: Target) -> Tangles:
@@ -170,6 +191,8 @@ def _warn_of_topology(run: Run, *, lid: bool) -> None:
     if run.options.holes == "open":
         messages.append(openness_message(run.mesh.n_holes, run.bare if lid else 0.0, opens=run.opens))
         messages.append(sides_message(run.found.doubled if run.found else 0.0))
+    if run.found and not run.found.is_open and not run.data.oriented:
+        messages.append(handles_message(run.mesh.genus, run.found.doubtful))
     if run.options.holes == "auto":
         messages.append(open_data_message(run.target, run.data.points, run.mesh))
     if run.surface is not None:
@@ -203,6 +226,18 @@ def sides_message(doubled: float) -> str:
     return (
         f"noise hides whether {doubled:.0%} of the data is one sheet or the two sides of a solid less than three times "
         "as thick as the noise"
+    )
+
+
+def handles_message(genus: int, places: Sequence[tuple[float, ...]]) -> str:
+    """Return a message about a genus that noise or spacing may have changed at places; empty without any."""
+    if not places:
+        return ""
+    near = ", ".join(f"{value:.4g}" for value in places[0])
+    more = f" and at {counted(len(places) - 1, 'other place', 'other places')}" if places[1:] else ""
+    return (
+        f"the genus, {genus}, may be wrong: near ({near}){more} a wall or a gap is hardly thicker than the noise or "
+        "the spacing of the points; more points, or normals if they have none, may tell"
     )
 
 

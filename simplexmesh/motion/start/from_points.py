@@ -10,6 +10,7 @@ import numpy as np
 
 from simplexmesh._base.arrays import Array
 from simplexmesh.data.points import PointCloud
+from simplexmesh.motion.start.lasting import lasting_genus
 from simplexmesh.motion.start.openness import share_bare, share_doubled
 from simplexmesh.motion.start.report import Start, StartReport
 from simplexmesh.motion.start.solid_mesh import FEWEST, cell_size, solid_mesh
@@ -40,15 +41,20 @@ def start_from_points(
     cell = indicator.grid.cell
     field = np.pad(indicator.values, 1, constant_values=-0.5)
     smallest = FEWEST / vertices * np.count_nonzero(field > 0)
+    lasting = lasting_genus(field, components, smallest)
+    field -= np.float32(lasting.level)
     solid, dropped = pieces(field > 0, components, smallest)
     solid, sealed = without_tunnels(without_cavities(solid), tunnels / (2 * cell))
     T_world_cell = np.diag([cell, cell, cell, 1.0])
     T_world_cell[:3, 3] = indicator.grid.to_world(np.full((1, 3), -1.0))[0]
     mesh, _ = solid_mesh(field, solid, T_world_cell, vertices)
+    lasts = mesh.genus + sealed == lasting.genus
+    doubtful = indicator.grid.to_world(lasting.places[: 0 if lasts else None] - 1.0)
     report = StartReport(
         indicator.grid.shape, cell, mesh.genus, mesh.n_components, sealed, dropped,
         openness=share_bare(mesh, cloud.points),
         doubled=share_doubled(mesh, cloud.points) if cloud.normals is None else 0.0,
+        doubtful=tuple(map(tuple, doubtful.tolist())),
     )  # fmt: skip
     return Start(mesh, report, indicator)
 

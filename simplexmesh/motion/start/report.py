@@ -40,6 +40,9 @@ class StartReport:
     doubled : float
         For points without normals: the share of the mesh's area where its two sides have only the points of one noisy
         sheet; half of it counts as open too. Sides of a solid that are closer than three times the noise look alike.
+    doubtful : tuple of (x, y, z)
+        For points: where handles may be of noise or lack, in walls and gaps hardly thicker than noise or spacing.
+        Empty if the genus is that of most levels in a row of the field that bounds the solid.
     """
 
     grid: tuple[int, int, int]
@@ -51,6 +54,7 @@ class StartReport:
     share_dropped: float = 0.0
     openness: float = 0.0
     doubled: float = 0.0
+    doubtful: tuple[tuple[float, ...], ...] = ()
 
     @property
     def is_open(self) -> bool:

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 import simplexmesh as sm
 from simplexmesh.motion.model.state import mean_edge
 from simplexmesh.motion.model.untangle import Tangles, with_membrane
-from simplexmesh.motion.reconstruct import pipeline
+from simplexmesh.motion.reconstruct import measure, pipeline
 from simplexmesh.motion.reconstruct.measure import Strays, restored
 from simplexmesh.motion.topology.face_regions import dilated
 
@@ -70,6 +70,25 @@ def test_data_is_lost_where_the_start_reached_it_and_the_mesh_does_not():
     assert len(strays.lost(horn, everywhere)) == len(strays.lost(START, ~everywhere)) == 0
 
 
+def test_points_are_left_that_the_start_was_near_to():
+    horn = distorted(0.4)
+    away = np.linalg.norm(horn.vertices, axis=1) - 1
+    assert 20 < (away > EDGE).sum() < 500
+    left = Strays(horn, cKDTree(horn.vertices), EDGE).left(horn.vertices, away)
+    assert_array_equal(left, away > EDGE)
+    assert not Strays(START, TREE, EDGE).left(horn.vertices, away).any()
+
+
+def test_left_points_are_told_with_a_place():
+    points, lost = np.arange(600.0).reshape(200, 3), np.zeros(200, bool)
+    lost[[7, 9]] = True
+    assert measure.lost_message(points, lost) == ""
+    lost[11] = True
+    assert measure.lost_message(points, lost).startswith(
+        "the model strayed from 2% of the data, as near (21, 22, 23), "
+    )
+
+
 def test_a_film_is_flat_in_a_flat_rim_and_leaves_the_rest():
     sheet = sm.plane(vertices=400)
     lifted = sheet.moved(sheet.vertices + np.outer(np.arange(sheet.n_vertices) == 200, sheet.normals[0]))
@@ -101,16 +120,30 @@ def test_a_component_wholly_in_the_zone_of_a_film_stays():
     assert with_membrane(START, ~everything) is START
 
 
-def test_a_reconstruction_whose_last_motion_spoils_it_is_repaired_and_counts_it(monkeypatch):
+@pytest.fixture
+def spoiled(monkeypatch):
+    """Make the last motion of reconstructions end with a pocket."""
     done = pipeline.finish
 
-    def spoiled(run):
+    def finish(run):
         done(run)
         v = run.mesh.vertices
         pocket = np.exp(-0.5 * (v[:, :2] ** 2).sum(axis=1) / 0.25**2) * (v[:, 2] > 0)
         run.mesh = run.mesh.moved(v * (1 - 0.4 * pocket)[:, None])
 
-    monkeypatch.setattr(pipeline, "finish", spoiled)
+    monkeypatch.setattr(pipeline, "finish", finish)
+
+
+@pytest.mark.filterwarnings("ignore")  # of others
+@pytest.mark.usefixtures("spoiled")
+def test_data_that_a_model_strayed_from_is_told(monkeypatch):
+    monkeypatch.setattr(measure, "restored", lambda tangles, strays, target: tangles)
+    with pytest.warns(sm.SimplexMeshWarning, match="the model strayed from [2-9]% of the data, as near"):
+        assert sm.reconstruct(POINTS, vertices=1500).strayed > 20
+
+
+@pytest.mark.usefixtures("spoiled")
+def test_a_reconstruction_whose_last_motion_spoils_it_is_repaired_and_counts_it():
     out = sm.reconstruct(POINTS, vertices=1500)
     assert out.restored > 20
     assert (out.strayed, out.tangled) == (0, 0)

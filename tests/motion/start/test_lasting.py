@@ -1,0 +1,87 @@
+"""The level at which an indicator is cut: where the genus lasts, though noise opens holes at other levels."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from simplexmesh.data.points import PointCloud
+from simplexmesh.motion.start import from_points
+from simplexmesh.motion.start.lasting import NEARBY, lasting_genus
+from simplexmesh.motion.start.topology import genus
+from simplexmesh.orientation.poisson import Grid, Indicator
+
+
+def plate(*holes):
+    """Return an indicator of a plate that has another value in columns through it, each far from the others."""
+    field = np.full((12 * len(holes) + 6, 12, 10), -0.5, np.float32)
+    field[3:-3, 3:-3, 3:-3] = 0.4
+    for k, value in enumerate(holes):
+        field[8 + 12 * k : 10 + 12 * k, 5:7, 3:-3] = value
+    return field
+
+
+@pytest.mark.parametrize(("value", "holes"), [(-0.4, 1), (-0.06, 1), (0.06, 0), (0.35, 0)])
+def test_a_genus_that_is_the_same_nearby_is_believed(value, holes):
+    found = lasting_genus(plate(value))
+    assert (found.genus, found.level, len(found.places)) == (holes, 0, 0)
+
+
+def test_holes_that_open_one_after_the_other_are_closed():
+    field = plate(-0.02, -0.01, 0.01, 0.04, 0.08, 0.12, 0.16, 0.2, 0.24)
+    assert genus(field > 0) == 2
+    found = lasting_genus(field)
+    assert found.level == pytest.approx(-0.025)
+    assert genus(field > found.level) == found.genus == len(found.places) == 0
+
+
+@pytest.mark.parametrize(("first", "end", "level"), [(12, 40, 0.0), (9, 40, 0.0), (9, 14, -0.025)])
+def test_no_larger_piece_and_no_lid_that_is_only_below_is_taken(first, end, level):
+    """A slab beside the plate or on its side, nothing of which is there at level 0; a low one on its side may be."""
+    field = plate(-0.02, -0.01, 0.01, 0.04, 0.08, 0.12, 0.16, 0.2, 0.24)
+    field = np.pad(field, ((0, 0), (0, 34), (0, 0)), constant_values=-0.5)
+    field[3:-3, first:end, 3:-3] = -0.015
+    assert lasting_genus(field).level == pytest.approx(level)
+
+
+@pytest.mark.parametrize("margin", [0, 4])
+def test_places_are_told_where_two_genera_last(margin):
+    found = lasting_genus(np.pad(plate(-0.02, 0.4, -0.01, 0.03), margin, constant_values=-0.5))
+    assert (found.level, found.genus) == (0, 0)
+    np.testing.assert_allclose(np.sort(found.places[:, 0]), margin + np.array([8.5, 32.5, 44.5]), atol=1)
+    np.testing.assert_allclose(found.places[:, 1], margin + 5.5, atol=1)
+    np.testing.assert_allclose(found.places[:, 2], margin + 4.5, atol=2)
+
+
+@pytest.mark.parametrize(
+    "holes",
+    [
+        np.arange(-0.29, 0.3, 0.025),  # none lasts
+        np.delete(np.arange(-0.29, 0.3, 0.025), [8, 9]),  # three levels are few
+        [-0.16, -0.11, -0.09, -0.06, -0.01, 0.01, 0.04, 0.09, 0.14, 0.19, 0.24],  # only far below
+        [-0.24, -0.2, -0.16, -0.12, -0.08, -0.04, -0.01, 0.01],  # only above
+    ],
+)
+def test_a_genus_that_lasts_nowhere_near_is_not_taken(holes):
+    found = lasting_genus(plate(*holes))
+    assert found.level == 0
+    assert len(found.places) == np.count_nonzero(np.abs(holes) < NEARBY)
+
+
+@pytest.mark.parametrize(
+    ("holes", "handles", "places"),
+    [
+        ((-0.02, -0.01, 0.01, 0.04, 0.08, 0.12, 0.16, 0.2, 0.24), 0, []),
+        ((-0.02, 0.4, -0.01, 0.03), 2, [5.25, 17.25, 23.25]),
+        ((-0.02, 0.4, 0.03), 1, [5.25, 17.25]),
+        ((-0.21, 0.03, 0.19), 1, []),  # the genus of 10 levels in a row, of 6 there is another
+    ],
+)
+def test_starts_have_a_genus_that_lasts_or_tell_of_doubt(monkeypatch, holes, handles, places):
+    values = plate(*holes)
+    indicator = Indicator(Grid(np.array([1.0, 2.0, 3.0]), 0.5, values.shape), values)
+    monkeypatch.setattr(from_points, "_indicator", lambda cloud, vertices: indicator)
+    cloud = PointCloud(indicator.grid.to_world(np.argwhere(values > 0)))
+    start = from_points.start_from_points(cloud, 600)
+    assert start.mesh.genus == start.report.genus == handles
+    np.testing.assert_allclose(sorted(x for x, _, _ in start.report.doubtful), places, atol=0.5)
