@@ -55,8 +55,8 @@ def extract_primitives(
     Parameters
     ----------
     cloud : PointCloud, array, path or object of another library
-        At least 24 different points. Shapes are looked for among at most 100,000 of them, drawn at random; all points
-        are labeled.
+        At least 24 different points. Shapes are looked for among at most 100,000 of them, drawn at random, fewer where
+        they are dense along lines of a scanner; all points are labeled.
     kinds : sequence of str
         The kinds that are wanted: "plane", "sphere", "cylinder", "cone", "torus". Planes are looked for in any case, so
         that no walls are taken for wide cylinders, and are left out if they are not wanted.
