@@ -107,8 +107,7 @@ def restore(run: Run) -> None:
     if run.strayed:
         count = counted(run.strayed, "vertex is", "vertices are")
         warn(f"{count} farther from the data than the start was there; more vertices or another start may help")
-    if message := lost_message(run.points, strays.left(run.points, run.away(run.points))):
-        warn(message)
+    run.lost = lost_message(run.points, strays.left(run.points, run.away(run.points)))
 
 
 def lost_message(points: Array, lost: Mask) -> str:
@@ -183,6 +182,8 @@ def _warn_of_poor_fit(run: Run, unseen: float, missed: float) -> None:
         dropped = run.data.components != "all" and run.found is not None and run.found.components_dropped
         hint = "components='all' keeps all its pieces" if dropped else "more vertices or another start may reach it"
         warn(f"{missed:.0%} of the data is far from the model; {hint}")
+    elif run.lost:
+        warn(run.lost)
 
 
 def _warn_of_topology(run: Run, *, lid: bool) -> None:

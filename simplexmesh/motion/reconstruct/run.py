@@ -68,6 +68,7 @@ class Run:
     tangled: int | None = None
     restored: int = 0
     strayed: int = 0
+    lost: str = ""  # a message about data that the mesh strayed from
     _away: tuple[SimplexMesh, Array, Array] | None = None
 
     @property

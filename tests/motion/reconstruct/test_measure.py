@@ -13,11 +13,9 @@ from simplexmesh.motion.reconstruct import measure
 from simplexmesh.motion.reconstruct.run import MOST_POINTS, Run
 
 
-def run(n_holes=0, components="largest", dropped=0):
-    found = SimpleNamespace(components_dropped=dropped)
-    return SimpleNamespace(
-        mesh=SimpleNamespace(n_holes=n_holes), data=SimpleNamespace(components=components), found=found
-    )
+def run(n_holes=0, components="largest", dropped=0, lost=""):
+    found, data = SimpleNamespace(components_dropped=dropped), SimpleNamespace(components=components)
+    return SimpleNamespace(mesh=SimpleNamespace(n_holes=n_holes), data=data, found=found, lost=lost)
 
 
 def said(*arguments):
@@ -32,6 +30,11 @@ def test_a_quarter_of_the_model_and_a_twentieth_of_the_data_may_be_far():
     far, missed = said(run(), 0.26, 0.051)
     assert far == "26% of the model is far from any data"
     assert missed == "5% of the data is far from the model; more vertices or another start may reach it"
+
+
+def test_data_that_the_mesh_strayed_from_is_told_once():
+    assert said(run(lost="strayed"), 0.0, 0.04) == ["strayed"]
+    assert [message[:2] for message in said(run(lost="strayed"), 0.0, 0.06)] == ["6%"]
 
 
 def test_hints_are_of_what_may_help():
