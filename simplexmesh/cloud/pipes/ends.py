@@ -136,7 +136,7 @@ def with_stops(line: PipeLine, tree: cKDTree, origin: Array) -> PipeLine:
 def _begins(line: PipeLine, tree: cKDTree, end: Array, k: int) -> bool:
     """Whether outside of much of the rim at the first or last corner there are more points than outliers before it."""
     along, r = line.chain.directions[k] * (1 if k else -1), line.elements[k].radius
-    near = np.array(tree.query_ball_point(end, 4 * RIM * r + r), dtype=np.int64)
+    near = np.array(tree.query_ball_point(end, r * np.hypot(3 * RIM, 1 + RIM)), dtype=np.int64)
     away = np.asarray(tree.data)[near] - end
     height, (x, y) = away @ along / (RIM * r), (away @ axis for axis in tangents(along))
     beyond = np.hypot(x, y) / r - 1

@@ -114,11 +114,15 @@ def lost_message(points: Array, lost: Mask) -> str:
     """Return a message about points of the data that a model strayed from; empty if they are few."""
     if lost.mean() <= MOST_LOST:
         return ""
-    near = ", ".join(f"{value:.4g}" for value in points[lost][0])
     return (
-        f"the model strayed from {lost.mean():.0%} of the data, as near ({near}), that its start was near to; "
-        "more points, or normals if they have none, may keep it"
+        f"the model strayed from {lost.mean():.0%} of the data, as near {place(points[lost][0])}, that its start was "
+        "near to; more points, or normals if they have none, may keep it"
     )
+
+
+def place(point: Sequence[float]) -> str:
+    """Return a place as text, digits enough for coordinates far from the origin."""
+    return f"({', '.join(f'{value:.7g}' for value in point)})"
 
 
 def restored(tangles: Tangles, strays: Strays, target: Target) -> Tangles:
@@ -234,11 +238,10 @@ def handles_message(genus: int, places: Sequence[tuple[float, ...]]) -> str:
     """Return a message about a genus that noise or spacing may have changed at places; empty without any."""
     if not places:
         return ""
-    near = ", ".join(f"{value:.4g}" for value in places[0])
     more = f" and at {counted(len(places) - 1, 'other place', 'other places')}" if places[1:] else ""
     return (
-        f"the genus, {genus}, may be wrong: near ({near}){more} a wall or a gap is hardly thicker than the noise or "
-        "the spacing of the points; more points, or normals if they have none, may tell"
+        f"the genus, {genus}, may be wrong: near {place(places[0])}{more} a wall or a gap is hardly thicker than "
+        "the noise or the spacing of the points; more points, or normals if they have none, may tell"
     )
 
 

@@ -2,7 +2,7 @@
 
 It changes from level to level only where a wall or a gap is hardly thicker than the noise or the spacing of points:
 there holes open and bridges grow one after the other. If at one genus the levels in a row are twice as many as at any
-other, it is that of the solid; else the points do not tell it.
+other, it is that of the solid; else the points do not tell it for sure, though most likely the one that lasts longest.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def lasting_genus(field: NDArray[Any], components: str = "largest", smallest: fl
     count = round(FARTHEST / STEP)
     levels = [STEP * k for k in range(-count, count + 1)]
     runs = [(number, list(run)) for number, run in groupby(levels, key=genus_at)]
-    best, longest = max(runs, key=lambda run: len(run[1]))
+    best, longest = max(runs, key=lambda run: (len(run[1]), -min(map(abs, run[1]))))
     others = max((len(run) for number, run in runs if number != best), default=0)
     level = min(longest, key=abs)
     lasts = len(longest) >= max(LASTING * others, 2 * NEARBY / STEP)

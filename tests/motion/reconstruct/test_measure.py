@@ -87,8 +87,10 @@ def test_sheets_that_may_be_solids_are_told():
 def test_handles_that_noise_may_have_made_are_told():
     one, two = (0.123456, 2.0, -3e-7), (1.0, 1.0, 1.0)
     assert measure.handles_message(3, ()) == ""
-    assert measure.handles_message(3, (one,)).startswith("the genus, 3, may be wrong: near (0.1235, 2, -3e-07) a wall ")
-    assert "near (0.1235, 2, -3e-07) and at 1 other place a wall " in measure.handles_message(3, (one, two))
+    assert measure.handles_message(3, (one,)).startswith(
+        "the genus, 3, may be wrong: near (0.123456, 2, -3e-07) a wall "
+    )
+    assert "near (0.123456, 2, -3e-07) and at 1 other place a wall " in measure.handles_message(3, (one, two))
     assert "and at 2 other places a wall " in measure.handles_message(3, (one, two, two))
 
 

@@ -91,6 +91,15 @@ class TestClosedForms:
         network = sm.feature_lines(sm.TriangleMesh(corners, base + sides))
         assert (len(network.lines), len(network.nodes), network.noise) == (12, 7, 0)
 
+    def test_a_sheet_of_few_triangles_has_noise_but_no_lines(self):
+        x, y = np.meshgrid(np.arange(5.0), np.arange(5.0))
+        points = np.column_stack([x.ravel(), y.ravel(), 0.1 * np.random.default_rng(0).normal(size=25)])
+        at = np.arange(20).reshape(4, 5)[:, :4].ravel()
+        faces = np.concatenate([np.stack([at, at + 1, at + 6], axis=1), np.stack([at, at + 6, at + 5], axis=1)])
+        network = sm.feature_lines(sm.TriangleMesh(points, faces))
+        assert network.lines == ()
+        assert network.noise > 0.03
+
     @pytest.mark.parametrize("bend", [8, 20, 40, 90])
     def test_fold(self, bend):
         (line,) = sm.feature_lines(folded(bend), angle=np.radians(5)).lines

@@ -25,6 +25,9 @@ STANDING_OUT = 5.0
 ROUND = 0.35
 """In radians: a jump by less may be that of a side which bends by as much over an edge, as fillets do."""
 
+FEW = 0.25
+"""Share of edges beside normals that are not exact, below which these do not tell an ordinary jump: rims alone."""
+
 VISIBLE = 0.05
 """In edges of the mesh: where noise is less, curvature rather than noise is what makes normals jump."""
 
@@ -173,14 +176,14 @@ def creases(vertices: Array, faces: Indices, mates: Indices, angle: float) -> Cr
 def _ordinary_jumps(surface: FilteredSurface) -> Array:
     """Return the jump (e,) that is ordinary: the median at edges whose triangles' normals are not exact, from a sample.
 
-    It is 0 unless most are such. Noise turns small triangles by more than large ones, so each edge has the median of
+    It is 0 if few are such. Noise turns small triangles by more than large ones, so each edge has the median of
     jumps over that, times that: over noise to the size of the triangles around, on simplified surfaces to the shape of
     its own, and there sharp edges are no ordinary ones.
     """
     edges, sharp, simplified = surface.edges, surface.bends > STRONG, surface.edges.facets.simplified
     inexact = np.logical_not(surface.exact[edges.sides].any(axis=1))
     vague = np.flatnonzero(inexact & ~(simplified & sharp))
-    if not len(vague) or 2 * np.count_nonzero(inexact) < len(inexact):
+    if not len(vague) or np.count_nonzero(inexact) < FEW * len(inexact):
         return np.zeros(len(sharp))
     some = np.zeros(len(sharp), bool)
     some[vague[:: max(1, len(vague) // SAMPLE)]] = True

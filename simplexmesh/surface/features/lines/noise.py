@@ -29,7 +29,7 @@ def vertex_noise(facets: Facets) -> Array:
     sides, n = np.stack([half, facets.mates[half]], axis=1) // 3, len(facets.faces)
     bends = _bends(facets, half)
     off, step = np.abs(bends), _step(facets.vertices)
-    noise = float(np.quantile(off, FEW)) / DEVIATION if len(off) >= TELLING else 0.0
+    noise = float(np.quantile(off, FEW)) / DEVIATION if len(off) >= TELLING or _both_ways(bends) else 0.0
     largest = LARGEST * float(np.sqrt(facets.areas.mean()))
     if step < largest and (off < step).any():
         noise = max(noise, min(float(np.median(off[off < step])) / HALF_DEVIATION, step / np.sqrt(12)))
@@ -58,6 +58,11 @@ def _bends(facets: Facets, half: Indices) -> Array:
     relation = np.stack(area, axis=1) * [1, -1, 1, -1]
     heights = dot(quads, normal[:, None])
     return np.asarray((relation * heights).sum(axis=1) / np.maximum(norm(relation), 1e-300))
+
+
+def _both_ways(bends: Array) -> bool:
+    """Return whether edges bend to both sides, as by noise: those of pyramids and hulls bend to one."""
+    return len(bends) > 0 and min((bends > 0).mean(), (bends < 0).mean()) > LESSER
 
 
 def _regions(points: Array) -> list[Indices]:
@@ -94,8 +99,8 @@ LARGEST = 0.5
 TRIPLES = ((1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2))
 """The corners left where one of four is taken away."""
 
-TELLING = 100
-"""Edges that tell any: a body of fewer is what its few triangles are."""
+TELLING, LESSER = 100, 0.25
+"""Edges that tell any in every case: of fewer, a share must bend to either side, else they are a body's own."""
 
 FEW, DEVIATION, HALF_DEVIATION = 0.15, 0.18912, 0.67449
 """A share, and the values below which so many and half of the absolute values of a standard normal distribution are."""
