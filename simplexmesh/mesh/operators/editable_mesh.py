@@ -201,12 +201,19 @@ class EditableMesh(EditableDarts):
         self._seams.append(seam)
         return seam
 
-    def even_out(self, limit: int = 2**62) -> int:
-        """Apply T7 to the most unequal edge repeatedly; return how often. Clears the log. See `regularize`."""
+    def even_out(self, limit: int = 2**62, *, within: ArrayLike | None = None) -> int:
+        """Apply T7 to the most unequal edge repeatedly; return how often. Clears the log. See `regularize`.
+
+        Only the faces `within` change, if a mask (f,) of those of the mesh given is; new faces may.
+        """
         limit = checks.integer("limit", limit, 0)
+        zone = np.zeros(0, bool)
+        if within is not None:
+            given = checks.array("within", within, (len(self._mesh.connectivity.face_sizes),), bool)
+            zone = np.concatenate([given, np.ones(self._used[1] - len(given), bool)])
         self._darts.used[2] = 0
         self._seams.clear()
-        return int(_kernels_batch.even_out(self._darts, limit))
+        return int(_kernels_batch.even_out(self._darts, limit, zone))
 
     # ---- the log and the result
 

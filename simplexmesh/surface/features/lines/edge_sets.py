@@ -9,11 +9,10 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
 
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import norm
+from simplexmesh.mesh._kernels import component_labels
 from simplexmesh.surface.features.lines import _kernels_chains
 from simplexmesh.surface.features.lines.facets import Facets
 
@@ -131,9 +130,9 @@ class Edges:
 
     def zones(self, chosen: Mask) -> Indices:
         """Return labels (t,) of the parts of the surface between edges, in the order of the triangles."""
-        n, (one, two) = len(self.facets.faces), self.sides[~chosen].T
-        links = csr_array((np.ones(len(one), bool), (one, two)), shape=(n, n))
-        return np.asarray(connected_components(links, directed=False)[1], np.int64)
+        mates = self.facets.mates
+        beside = np.where((mates < 0) | self.halved(chosen), -1, mates // 3).reshape(-1, 3)
+        return component_labels(beside.astype(np.int32)).astype(np.int64)
 
     def chains(self, chosen: Mask, nodes: Mask | None = None) -> Chains:
         """Return the lines that edges form, from node to node, then the closed ones.
