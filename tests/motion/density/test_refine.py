@@ -358,9 +358,7 @@ class TestZones:
         c, edit = uneven.connectivity, EditableMesh(uneven)
         zone = np.ones(c.face_sizes.size, bool)
         assert not edit.even_out(within=~zone)
-        zone[c.vertex_faces[c.face_darts[c.face_offsets[40]] // 3]] = (
-            False
-        )
+        zone[c.vertex_faces[c.face_darts[c.face_offsets[40]] // 3]] = False
         some = edit.even_out(within=zone)
         done = edit.result()
         sizes = done.mesh.connectivity.face_sizes[done.face_map[~zone]]

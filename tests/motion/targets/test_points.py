@@ -284,23 +284,6 @@ def test_walls_of_a_thin_sheet_are_kept_apart():
     np.testing.assert_allclose(target.gap(inside, -top[:50], 0.1), 0.01, atol=1e-6)
 
 
-def test_directions_given_later_orient_the_points():
-    points, _ = torus_points(2000, np.random.default_rng(3))
-
-    def outward(p):
-        return 5 * from_ring(p)
-
-    unknown = Points(points)
-    known = unknown.oriented_by(outward)
-    assert known._surfels.oriented
-    assert not unknown._surfels.oriented
-    assert np.isnan(known.gap(points[:50], -outward(points[:50]) / 1.75, 0.2)).all()
-    again = unknown.oriented_by(outward(points))
-    np.testing.assert_array_equal(known._surfels.table, again._surfels.table)
-    with pytest.raises(ValueError, match="directions must have shape"):
-        unknown.oriented_by(np.zeros((5, 3)))
-
-
 def test_over_a_hole_there_is_no_data():
     rng = np.random.default_rng(4)
     flat = rng.uniform(-1, 1, (6000, 2))
