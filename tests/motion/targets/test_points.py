@@ -29,12 +29,6 @@ def torus_distance(points, R=1.0, r=0.35):
     return np.hypot(np.hypot(points[:, 0], points[:, 1]) - R, points[:, 2]) - r
 
 
-def from_ring(points):
-    """Direction from the nearest point of the torus's center line."""
-    ring = points * [1, 1, 0]
-    return points - ring / np.linalg.norm(ring, axis=1)[:, None]
-
-
 def torus_grid(n=96, m=48, bump=0.02):
     """A wavy torus as an (n, m) grid of vertices, off the true one by up to `bump` diagonals."""
     u, v = np.meshgrid(np.arange(n) * 2 * np.pi / n, np.arange(m) * 2 * np.pi / m, indexing="ij")
