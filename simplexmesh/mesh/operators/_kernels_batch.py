@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._base._kernels_njit import njit
-from simplexmesh._base.arrays import Array, Indices32, Mask
+from simplexmesh._base.arrays import Array, Indices32
 from simplexmesh.mesh.operators._kernels_contours import breaks_contour
 from simplexmesh.mesh.operators._kernels_edit import (
     DONE,
@@ -120,17 +120,6 @@ def imbalance(d: Darts, dart: int) -> int:
 
 
 @njit(cache=True, _nrt=False)
-def bucket(d: Darts, dart: int, within: Mask, most: int) -> int:
-    """Return the imbalance of an edge, at most `most`, 0 below 2 or if a face that a swap changes is not `within`."""
-    back = d.twin[dart]
-    c = min(imbalance(d, dart), most)
-    if c < 2 or within.size == 0:
-        return c if c >= 2 else 0
-    changes = within[d.face[dart]] and within[d.face[back]]
-    return c if changes and within[d.face[rotate(dart)]] and within[d.face[rotate(back)]] else 0
-
-
-@njit(cache=True, _nrt=False)
 def enqueue(dart: int, c: int, head: Indices32, after: Indices32, before: Indices32, queued: NDArray[np.uint8]) -> None:
     """Move a dart to the bucket of imbalance `c`, or out of the queue if that is below 2."""
     if queued[dart] == c:
@@ -153,13 +142,14 @@ def enqueue(dart: int, c: int, head: Indices32, after: Indices32, before: Indice
 
 @njit(cache=True, _nrt=False)
 def enqueue_edges(
-    d: Darts, vertex: int, within: Mask, head: Indices32, after: Indices32, before: Indices32, queued: NDArray[np.uint8]
+    d: Darts, vertex: int, head: Indices32, after: Indices32, before: Indices32, queued: NDArray[np.uint8]
 ) -> int:
     """Enqueue the edges of a vertex, each by its smaller dart, and return their largest imbalance."""
     largest = 0
     for dart in range(3 * vertex, 3 * vertex + 3):
         back = d.twin[dart]
-        c = bucket(d, dart, within, head.size - 1)
+        c = min(imbalance(d, dart), head.size - 1)
+        c = c if c >= 2 else 0
         largest = max(largest, c)
         enqueue(min(dart, back), c, head, after, before, queued)
         enqueue(max(dart, back), 0, head, after, before, queued)
@@ -167,7 +157,7 @@ def enqueue_edges(
 
 
 @njit(cache=True)
-def even_out(d: Darts, limit: int, within: Mask) -> int:
+def even_out(d: Darts, limit: int) -> int:
     """Apply T7 to edges with an imbalance of 2 or more, the largest first, at most `limit` times; return how often."""
     head = np.full(256, -1, np.int32)
     after, before = np.empty(d.twin.size, np.int32), np.empty(d.twin.size, np.int32)
@@ -175,7 +165,7 @@ def even_out(d: Darts, limit: int, within: Mask) -> int:
     top = 0
     for vertex in range(d.used[VERTICES]):
         if d.alive[vertex]:
-            top = max(top, enqueue_edges(d, vertex, within, head, after, before, queued))
+            top = max(top, enqueue_edges(d, vertex, head, after, before, queued))
     swaps = 0
     while True:
         while top >= 2 and head[top] < 0:
@@ -184,9 +174,9 @@ def even_out(d: Darts, limit: int, within: Mask) -> int:
             return swaps
         edge = head[top]
         enqueue(edge, 0, head, after, before, queued)
-        c = bucket(d, edge, within, head.size - 1)
+        c = min(imbalance(d, edge), head.size - 1)
         if c != top:  # a hole at its end has grown
-            enqueue(edge, c, head, after, before, queued)
+            enqueue(edge, c if c >= 2 else 0, head, after, before, queued)
             continue
         if refuse_swap(d, edge)[0] != DONE or (d.contour.size > 0 and breaks_contour(d, SWAP, edge, edge)):
             continue
@@ -200,7 +190,7 @@ def even_out(d: Darts, limit: int, within: Mask) -> int:
             start = d.face_dart[f]
             walk = start
             while True:
-                top = max(top, enqueue_edges(d, walk // 3, within, head, after, before, queued))
+                top = max(top, enqueue_edges(d, walk // 3, head, after, before, queued))
                 walk = next_dart(d.twin, walk)
                 if walk == start:
                     break

@@ -18,6 +18,9 @@ from simplexmesh.mesh.operators.seams import Seam
 from simplexmesh.mesh.paths import refusal_of_path
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
+TOO_LARGE = 1 << 20
+"""Vertices: a face of so many gains none by T7."""
+
 
 def edge_fractions(at: ArrayLike, count: int) -> Array:
     """Return the checked fractions (count, 2) at which new vertices divide pairs of darts, broadcast if need be."""
@@ -207,13 +210,18 @@ class EditableMesh(EditableDarts):
         Only the faces `within` change, if a mask (f,) of those of the mesh given is; new faces may.
         """
         limit = checks.integer("limit", limit, 0)
-        zone = np.zeros(0, bool)
+        outside = np.zeros(0, np.int64)
         if within is not None:
-            given = checks.array("within", within, (len(self._mesh.connectivity.face_sizes),), bool)
-            zone = np.concatenate([given, np.ones(self._used[1] - len(given), bool)])
+            outside = np.flatnonzero(~checks.array("within", within, (len(self._mesh.connectivity.face_sizes),), bool))
         self._darts.used[2] = 0
         self._seams.clear()
-        return int(_kernels_batch.even_out(self._darts, limit, zone))
+        sizes, holes = self._darts.face_size, self._darts.face_hole
+        labels, holes[outside] = holes[outside], True  # holes keep their edges, and gain none if they are that large
+        sizes[outside] += TOO_LARGE
+        swaps = int(_kernels_batch.even_out(self._darts, limit))
+        sizes[outside] -= TOO_LARGE
+        holes[outside] = labels
+        return swaps
 
     # ---- the log and the result
 
