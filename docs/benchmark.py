@@ -10,6 +10,7 @@ from simplexmesh.bench import page, pictures
 from simplexmesh.bench.run import measured
 from simplexmesh.bench.trials import candidates, ratings
 from simplexmesh.bench.truth.graphs import ARTICLE
+from simplexmesh.plot.stage import picture
 
 DOCS = Path(__file__).parent
 PAGE = DOCS / "benchmark.md"
@@ -31,10 +32,10 @@ def main():
     found = measured(list(ARTICLE.values()), candidates.named("all"), lambda share, what: print(f"{share:.0%} {what}"))
     tables = {"rules": ratings.RULES, "borders": page.borders(found.border)}
     for kind, rows in found.ratings.items():
-        tables |= {f"ratings of {kind}": page.rating_table(kind, rows), f"reasons for {kind}": page.reasons(kind, rows)}
+        tables[f"ratings of {kind}"] = page.rating_table(kind, rows)
     for quantity in "HKN":
         columns = ("regular 10k", *COLUMNS) if quantity == "H" else COLUMNS
-        tables[f"tori {quantity}"] = page.tori(found.tori, quantity, columns)
+        tables[f"tori {quantity}"] = page.tori([row for row in found.tori if row["case"] in columns], quantity)
     tables |= {f"tilts {quantity}": page.tilts(found.tilts, quantity) for quantity in "HN"}
     text = PAGE.read_text(encoding="utf-8")
     for name, content in tables.items():
@@ -42,7 +43,7 @@ def main():
     made = [*pictures.of_curves(found.curves["curvature"], ("cubic",)), *pictures.of_surfaces(found.names, few=True)]
     for name, _, draw in made:
         if name in SHOWN:
-            pictures.save(DOCS / "images" / f"{SHOWN[name]}.png", draw())
+            picture(DOCS / "images" / f"{SHOWN[name]}.png", draw())
     PAGE.write_text(text, encoding="utf-8")
     print(f"written: {PAGE}")
 

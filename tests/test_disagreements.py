@@ -13,6 +13,7 @@ import simplexmesh as sm
 from simplexmesh.bench.truth import discretized
 from simplexmesh.cloud.constrained import TorusAfterCylinder, TorusBetweenCylinders
 from simplexmesh.mesh import geometry
+from tests.bench import article_bodies
 
 TESTS = Path(__file__).parent
 PAGE = TESTS.parent / "docs" / "disagreements.md"
@@ -77,7 +78,7 @@ def test_the_height_over_a_chord_has_its_radius():
 
 def test_the_laplacian_of_the_article_lacks_a_half():
     """Its equation 20, without the half, gives twice the curvature of a sphere."""
-    ball = discretized.icosphere()
+    ball = article_bodies.icosphere()
     force, cells = np.zeros_like(ball.vertices), np.zeros(len(ball.vertices))
     for first in range(3):
         i, j, k = (ball.faces[:, (first + corner) % 3] for corner in range(3))

@@ -23,7 +23,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--methods", default="all", help="all, or names of sm.curvature and sm.vertex_normals")
     parser.add_argument("--printing", default="article", choices=PRINTINGS, help="source of the test functions")
     parser.add_argument("--quick", action="store_true", help="smaller meshes and fewer pictures, about ten seconds")
-    parser.add_argument("--output", "-o", required=True, help="folder to write: new, empty, or an earlier report")
+    parser.add_argument("--output", "-o", required=True, help="folder to write, a new one")
     given = parser.parse_args(arguments)
     start = time.perf_counter()
     try:  # imported here, so that an interrupt meanwhile is reported like any other

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import simplexmesh
-from simplexmesh.bench.report import TITLE
 from simplexmesh.bench.tables import Rows, as_markdown, formatted, pivoted
 from simplexmesh.bench.trials import meshes, ratings
 from simplexmesh.bench.trials.curve import Curve
@@ -29,7 +28,7 @@ ROUNDED = 1e-9
 def index(found: Results, pictures: Mapping[str, str], *, quick: bool) -> str:
     """Return the page in Markdown; `pictures` are captions by the name of the file."""
     sections = {
-        TITLE: [
+        "# Estimators of normals and curvatures compared": [
             "All methods of `simplexmesh.curvature` and `simplexmesh.vertex_normals` on surfaces with known normals "
             "and curvatures, after the comparison in Charton's thesis (2014) and the article of 2012. "
             f"simplexmesh {simplexmesh.__version__}{', quick run' if quick else ''}."
@@ -81,8 +80,6 @@ def _ratings(kind: str, rows: Rows) -> list[str]:
         rating_table(kind, rows),
         "The numbers they are based on:",
         as_markdown(rows, NUMBERS),
-        "Why the thesis's ratings differ:",
-        reasons(kind, rows),
     ]
 
 
@@ -96,12 +93,6 @@ def rating_table(kind: str, rows: Rows) -> str:
                 cells[name] += f" (thesis {formatted(theirs)})"
         lines.append({"method": row["method"], **cells})
     return as_markdown(lines)
-
-
-def reasons(kind: str, rows: Rows) -> str:
-    """Return why ratings differ from the thesis's, as a list."""
-    lines = [line for line in ratings.compared(kind, rows) if line["why"]]
-    return "\n".join(f"- `{line['method']}`, {line['criterion']}: {line['why']}" for line in lines)
 
 
 def _summaries(curves: Sequence[Curve]) -> Rows:

@@ -162,32 +162,6 @@ def written(out: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     out["again"].mesh.save(folder / f"{out['scanned']}_from_scan.vtp")
     facts = numbers(out)
     (folder / "report.json").write_text(json_text(facts) + "\n", encoding="utf-8")
-    (folder / "report.md").write_text(as_markdown(facts), encoding="utf-8")
     sm.plot.picture(folder / "frog.png", show(out))
     sm.plot.picture(folder / f"{out['scanned']}_from_scan.png", show_scan(out))
     return facts
-
-
-def as_markdown(facts: Mapping[str, Any]) -> str:
-    """Return the report as Markdown."""
-    scan, model = facts["scan"], facts["scan"]["model"]
-    rows = [
-        f"| {name} | {organ['vertices']:,} | {organ['genus']} | {organ['components']} "
-        f"| {organ['distance']['mesh_to_data']['rms']:.3f} | {organ['distance']['data_to_mesh']['rms']:.3f} "
-        f"| {organ['seconds']:.1f} |"
-        for name, organ in facts["organs"].items()
-    ]
-    head = "| organ | vertices | genus | components | rms mesh to data | rms data to mesh | seconds |"
-    parts = [
-        "# The frog",
-        "![The organs](frog.png)",
-        "\n".join([head, "|---|---:|---:|---:|---:|---:|---:|", *rows]),
-        "Lengths are in the unit of the volume, the width of a voxel in the slice.",
-        f"## The {scan['of']} from a noisy scan",
-        f"![Scan, model, distance]({scan['of']}_from_scan.png)",
-        f"{scan['points']:,} points with noise of standard deviation {scan['noise']:.2f}, without normals, give a "
-        f"model of {model['vertices']:,} vertices and genus {model['genus']}; the mean distance of its vertices to the "
-        f"{scan['of']}'s surface is {scan['mean_distance_to_truth']:.2f}, "
-        f"{scan['mean_distance_to_truth_percent_of_diagonal']:.2f} % of its diagonal ({model['seconds']:.1f} s).",
-    ]
-    return "\n\n".join(parts) + "\n"

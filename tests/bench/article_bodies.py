@@ -1,16 +1,28 @@
-"""Bodies with sharp edges, as the article of 2012 has them: a capped cylinder and a cone of ten sectors and bands."""
+"""Bodies that the article of 2012 has: an icosphere, and a capped cylinder and a cone of ten sectors and bands."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from simplexmesh._base.arrays import Array
+from simplexmesh._base.vectors import normalized
+from simplexmesh.bench.truth import closed
+from simplexmesh.bench.truth.discretized import Discretized
 from simplexmesh.bench.truth.grids import fan, tube
 from simplexmesh.data.triangles import TriangleMesh
+from simplexmesh.mesh.lattices import polyhedron, subdivided
 
 SECTORS = BANDS = 10
 SIZE = 100.0
 """Radius and height."""
+
+
+def icosphere(frequency: int = 16, radius: float = 100.0) -> Discretized:
+    """Return a projected icosahedron, edges divided by `frequency`: 10 frequency^2 + 2 vertices, 12 of valence 5."""
+    points, faces = subdivided(*polyhedron("icosahedron"), frequency)
+    x, y, z = normalized(points).T
+    points, exact = closed.sphere(np.arctan2(y, x), np.arcsin(np.clip(z, -1, 1)), radius)
+    return Discretized(points, faces, exact)
 
 
 def capped_cylinder() -> TriangleMesh:

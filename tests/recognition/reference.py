@@ -9,12 +9,6 @@ import simplexmesh as sm
 from simplexmesh.recognition.sai.sphere_domain import sphere_domain
 
 
-def nearest_vertices(frequency, R):
-    """Where a rotation takes each vertex of the sphere: the vertex of largest cosine, by comparing with all."""
-    vertices = sphere_domain(frequency).vertices
-    return np.argmax(vertices @ R.T @ vertices.T, axis=1)
-
-
 def angles_between(first, second):
     """The angles (k, m) between rotations (k, 3, 3) and (m, 3, 3), in radians."""
     return np.arccos(np.clip((np.einsum("kab,mab->km", first, second) - 1) / 2, -1, 1))

@@ -51,7 +51,7 @@ def mesh_errors(made: Discretized, names: Names) -> Iterator[Row]:
     for kind in names:
         normals = made.exact.normals if kind == "curvature" else None
         for name, quantity, values in estimates(kind, names[kind], samples, normals=normals):
-            errors = distance(values, truth(quantity, made.exact))[made.scored]
+            errors = distance(values, truth(quantity, made.exact))[made.inner]
             known = errors[np.isfinite(errors)] if np.isfinite(errors).any() else np.array([np.nan])
             row = {"method": name, "quantity": quantity, "mean error": known.mean(), "max error": known.max()}
             yield row | {"failed": int((~np.isfinite(errors)).sum())}

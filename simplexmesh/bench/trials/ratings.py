@@ -1,8 +1,8 @@
-"""Ratings by explicit rules, compared with those of the thesis, with the reasons for differences."""
+"""Ratings by explicit rules."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,6 @@ from simplexmesh.bench.tables import Rows
 from simplexmesh.bench.trials.candidates import REGISTRIES
 from simplexmesh.bench.trials.curve import LIMIT_TOLERANCE, Curve
 from simplexmesh.bench.trials.pointwise import spreads
-from simplexmesh.bench.trials.published import CRITERIA, THESIS
 
 Limits = Sequence[tuple[float, str]]
 
@@ -52,46 +51,6 @@ RULES = f"""\
 - **Clouds**: whether it works without faces.
 """
 
-EXPLAINED = {
-    ("curvature", "chen_schmitt", "precision", "-"): "All surfaces have equal weight, and on those that are umbilic "
-    "at the point it is as accurate as any; on whole meshes its errors are among the largest, as in the thesis.",
-    ("curvature", "chen_schmitt", "stability", "-"): "At umbilics its estimate does not depend on the pattern, which "
-    "brings the mean just below the limit; on the cubic and the cylinder the spread is far above it.",
-    ("curvature", "discrete", "convergence", "---"): "By the thesis's definition, to any limit, it converges in "
-    "nearly all cases; here limits must be correct, and in about half the cases they are not.",
-    ("curvature", "langer", "convergence", "++"): "With angles measured in the tangent plane, not on the faces, its "
-    "order is that of the sine; the slow cases named in the thesis are of first order for every method.",
-    ("curvature", "langer", "stability", "-"): "Over the five patterns it agrees with the thesis; but two neighbors "
-    "nearly at right angles make its weights diverge, on split squares along whole lines of vertices, as stated in "
-    "the text of the thesis but not in its table.",
-    ("curvature", "sine", "precision", "++"): "On meshes it is the best of the thesis's methods; at single points "
-    "quadrics are better on the surfaces that are quadrics, as the thesis says. The mean is just above the limit.",
-    ("curvature", "sine", "stability", "++"): "It depends on the pattern as much as Langer's quadrature and the "
-    "quadric do: all three have the same first-order term where a surface has a cubic one.",
-    ("curvature", "taubin", "precision", "-"): "Only H counts here; the thesis also counted K, which is much worse.",
-    ("curvature", "taubin", "convergence", "--"): "The thesis counts correct and incorrect limits; a third of them "
-    "are incorrect.",
-    ("curvature", "taubin", "stability", "-"): "Its limits depend on the angles between neighbors, which is "
-    "instability by our rule; the thesis seems to have judged how smoothly it varies.",
-    ("normals", "area", "convergence", "+"): "It converges in every case, at first order.",
-    ("normals", "plane", "precision", "--"): "It is less precise than area weights by more than one step of the scale.",
-    ("normals", "plane", "stability", "--"): "Its spread is hardly larger than that of area weights, which have the "
-    "same rating in both.",
-    ("normals", "quadric", "stability", "++"): "It is within a factor of two of the extended sine.",
-    ("normals", "chen_schmitt", "precision", "-"): "The thesis's text calls it the least precise and contradicts its "
-    "table.",
-    ("normals", "chen_schmitt", "convergence", "+"): "Its error is of first order in every case, in one of seven not "
-    "monotone: the differences of the tangents vanish although their curvatures remain wrong.",
-    ("normals", "chen_schmitt", "stability", "-"): "The thesis's text calls it unstable on nearly all graphs and "
-    "contradicts its table.",
-    ("normals", "extended_sine", "precision", "++"): "It is the most precise of the thesis's methods here too, but at "
-    "the given distance and size none of them reaches the top of the scale.",
-    ("normals", "extended_sine", "stability", "++"): "It is the most stable here too, just above the limit.",
-}
-"""By kind, method, criterion and our rating over all surfaces of the article: why the thesis's rating differs."""
-
-UNEXPLAINED = "Not explained: reasons are given for all surfaces of the article together."
-
 
 def rated(kind: str, name: str, curves: Sequence[Curve], meshes: Rows) -> dict[str, Any]:
     """Return a method's ratings and the numbers they are based on, from its curves and the rows of all on meshes."""
@@ -128,16 +87,6 @@ def rated(kind: str, name: str, curves: Sequence[Curve], meshes: Rows) -> dict[s
         "clouds": "no" if REGISTRIES[kind][name].needs_faces else "yes",
         **numbers,
     }
-
-
-def compared(kind: str, ratings: Rows) -> Iterator[dict[str, str]]:
-    """Yield a row for each rating that the thesis has too: ours, the thesis's, and the reason for a difference."""
-    for rating in ratings:
-        method = rating["method"]
-        for criterion, theirs in zip(CRITERIA, THESIS[kind].get(method, ()), strict=False):
-            ours = rating[criterion]
-            why = "" if ours in (theirs, "") else EXPLAINED.get((kind, method, criterion, ours), UNEXPLAINED)
-            yield {"method": method, "criterion": criterion, "here": ours, "thesis": theirs, "why": why}
 
 
 def _geometric_mean(errors: Sequence[float]) -> float:

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices, Mask
-from simplexmesh._base.vectors import normalized
 from simplexmesh.bench.truth import closed, grids
 from simplexmesh.bench.truth.exact import Exact
 from simplexmesh.bench.truth.graphs import Graph
 from simplexmesh.data.triangles import TriangleMesh
-from simplexmesh.mesh.lattices import polyhedron, subdivided
 
 Seed = np.random.Generator | int | None
 
@@ -25,12 +23,11 @@ schemes do not converge on such meshes, as on those other programs were measured
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Discretized:
-    """A triangulated surface with exact values at the vertices, undefined at those of sharp edges, `creased`."""
+    """A triangulated surface with exact values at the vertices."""
 
     vertices: Array
     faces: Indices
     exact: Exact
-    creased: Indices | None = None
 
     @property
     def mesh(self) -> TriangleMesh:
@@ -41,18 +38,6 @@ class Discretized:
     def inner(self) -> Mask:
         """(n,) array of bool: whether each vertex is not on a border."""
         return ~grids.on_border(self.faces, len(self.vertices))
-
-    @cached_property
-    def smooth(self) -> Mask:
-        """(n,) array of bool: whether the surface has a normal and curvatures."""
-        out = np.ones(len(self.vertices), bool)
-        out[[] if self.creased is None else self.creased] = False
-        return out
-
-    @property
-    def scored(self) -> Mask:
-        """(n,) array of bool: whether estimates are compared with exact values, inner and smooth."""
-        return self.inner & self.smooth
 
 
 def split_square(surface: Graph, squares: int) -> Discretized:
@@ -86,42 +71,6 @@ def uv_cylinder(meridians: int, bands: int, radius: float = 2.0, height: float =
     i, j = _grid(m, b + 1)
     points, exact = closed.cylinder(2 * np.pi * i / m, height * j / b, radius)
     return Discretized(points, grids.tube(m, b), exact)
-
-
-def capped_cylinder(sectors: int = 10, bands: int = 10, radius: float = 100.0, height: float = 100.0) -> Discretized:
-    """Return a cylinder with two caps, each a fan; the article's has ten sectors and bands."""
-    side = uv_cylinder(sectors, bands, radius, height)
-    first, last = np.arange(sectors), np.arange(len(side.vertices) - sectors, len(side.vertices))
-    return _capped(side, [(0.0, first[::-1]), (height, last)], np.concatenate([first, last]))
-
-
-def cone(sectors: int = 10, bands: int = 10, radius: float = 100.0, height: float = 100.0) -> Discretized:
-    """Return a cone with its base, a fan; the article's has ten sectors and bands."""
-    m, b = checks.integer("sectors", sectors, 3), checks.integer("bands", bands, 1)
-    i, j = _grid(m, b)
-    points, exact = closed.cone(2 * np.pi * i / m, j / b, radius, height)
-    n, first = m * b, np.arange(m)
-    side = Discretized(points, grids.tube(m, b - 1), exact)
-    return _capped(side, [(height, np.arange(n - m, n)), (0.0, first[::-1])], np.append(first, n))
-
-
-def _capped(side: Discretized, caps: list[tuple[float, Indices]], creased: Indices) -> Discretized:
-    """Return a surface with fans from rings of its vertices to tips on the z axis, the lower one looking down."""
-    n, heights = len(side.vertices), np.array([height for height, _ in caps])
-    tips = np.outer(heights, [0, 0, 1.0])
-    up = np.outer(np.where(heights > 0, 1.0, -1.0), [0, 0, 1.0])
-    flat = Exact(up, np.zeros(2), np.zeros(2), np.tile([1.0, 0.0, 0.0], (2, 1)))
-    both = [np.concatenate([getattr(part, field.name) for part in (side.exact, flat)]) for field in fields(Exact)]
-    faces = np.concatenate([side.faces, *(grids.fan(ring, n + k) for k, (_, ring) in enumerate(caps))])
-    return Discretized(np.concatenate([side.vertices, tips]), faces, Exact(*both), creased)
-
-
-def icosphere(frequency: int = 16, radius: float = 100.0) -> Discretized:
-    """Return a projected icosahedron, edges divided by `frequency`: 10 frequency^2 + 2 vertices, 12 of valence 5."""
-    points, faces = subdivided(*polyhedron("icosahedron"), checks.integer("frequency", frequency, 1))
-    x, y, z = normalized(points).T
-    points, exact = closed.sphere(np.arctan2(y, x), np.arcsin(np.clip(z, -1, 1)), radius)
-    return Discretized(points, faces, exact)
 
 
 def torus(
@@ -187,5 +136,4 @@ def cut(made: Discretized, kept: Mask) -> Discretized:
     if not len(faces):
         raise ValueError("kept must leave at least one face")
     used, numbered = np.unique(faces, return_inverse=True)
-    creased = np.flatnonzero(~made.smooth[used])
-    return Discretized(made.vertices[used], numbered.reshape(-1, 3), made.exact[used], creased)
+    return Discretized(made.vertices[used], numbered.reshape(-1, 3), made.exact[used])

@@ -1,9 +1,9 @@
-"""Tests of residuals for a law that is given, and for a normal law that is estimated (Kolmogorov and Smirnov)."""
+"""The test of residuals for a normal law of any mean and deviation (Kolmogorov and Smirnov)."""
 
 from __future__ import annotations
 
 import numpy as np
-from scipy.special import kolmogorov, ndtr
+from scipy.special import ndtr
 
 from simplexmesh._base.arrays import Array
 from simplexmesh.cloud.validation.outcome import Outcome
@@ -35,15 +35,6 @@ def largest_difference(probabilities: Array) -> float:
     ordered, n = np.sort(probabilities), len(probabilities)
     after = np.arange(1, n + 1) / n
     return float(max((after - ordered).max(), (ordered - after).max() + 1 / n))
-
-
-def kolmogorov_test(probabilities: Array) -> Outcome:
-    """Test values for a law that is fully specified, by the probabilities (n,) of less that it gives them.
-
-    (sqrt n + 0.12 + 0.11 / sqrt n) D_n has Kolmogorov's law, from n = 10 on to 4 % (Stephens 1970).
-    """
-    found, root = largest_difference(probabilities), np.sqrt(len(probabilities))
-    return Outcome(found, float(kolmogorov((root + 0.12 + 0.11 / root) * found)))
 
 
 def normality_test(residuals: Array) -> Outcome:

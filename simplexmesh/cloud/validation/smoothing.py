@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array
-from simplexmesh.cloud.validation.outcome import Outcome
 from simplexmesh.cloud.validation.regression import rounding
 
 NEIGHBORS = 10
@@ -21,7 +18,10 @@ TRIALS = 399
 
 
 def nearest_neighbors(points: Array, k: int = NEIGHBORS) -> csr_array:
-    """Return the matrix (n, n) that averages over the k nearest points, itself among them; of any dimension."""
+    """Return the matrix (n, n) that averages over the k nearest points, itself among them; of any dimension.
+
+    Points are to be on the surface: points off it are near where their residuals are alike.
+    """
     n = len(points)
     index = cKDTree(points).query(points, k=range(1, min(k, n) + 1))[1]
     return _averaging(np.repeat(np.arange(n), index.shape[1]), index.ravel(), n)
@@ -38,16 +38,6 @@ def _averaging(rows: NDArray[np.integer], columns: NDArray[np.integer], count: i
 def means(residuals: Array, averaging: csr_array) -> Array:
     """Return the mean (n,) or (n, m) over neighbors (eq. 5.7)."""
     return averaging @ residuals
-
-
-def medians(residuals: Array, averaging: csr_array) -> Array:
-    """Return the median (n,) or (n, m) over neighbors, which outliers do not move."""
-    if residuals.ndim > 1:
-        return np.stack([medians(column, averaging) for column in residuals.T], axis=1)
-    counts, values = np.diff(averaging.indptr), residuals[averaging.indices]
-    ordered = values[np.lexsort((values, np.repeat(np.arange(len(counts)), counts)))]
-    low, high = averaging.indptr[:-1] + (counts - 1) // 2, averaging.indptr[:-1] + counts // 2
-    return (ordered[low] + ordered[high]) / 2
 
 
 def smoothed_ratio(residuals: Array, smoothed: Array) -> Array:
@@ -67,25 +57,6 @@ def sign_flips(residuals: Array, rng: np.random.Generator, trials: int = TRIALS)
     Where noise is larger it stays so, as it does not in permutations (the wild bootstrap; Wu 1986).
     """
     return residuals[:, None] * rng.choice(np.array([-1.0, 1.0]), (len(residuals), trials))
-
-
-def smoothness_test(
-    residuals: Array,
-    averaging: csr_array,
-    rng: np.random.Generator,
-    *,
-    smooth: Callable[[Array, csr_array], Array] = means,
-    trials: int = TRIALS,
-) -> Outcome:
-    """Test residuals for relief by rho, with its law for these neighbors and residuals of random sign.
-
-    Neighbors are to be those of points on the surface: points off it are near where their residuals are alike.
-    """
-    rest = residuals - residuals.mean()
-    trial = sign_flips(rest, rng, trials)
-    trial -= trial.mean(axis=0)
-    found = float(smoothed_ratio(rest, smooth(rest, averaging)))
-    return Outcome(found, at_least(found, smoothed_ratio(trial, smooth(trial, averaging))))
 
 
 def at_least(value: float, law: Array) -> float:

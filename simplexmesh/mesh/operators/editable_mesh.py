@@ -18,6 +18,9 @@ from simplexmesh.mesh.operators.seams import Seam
 from simplexmesh.mesh.paths import refusal_of_path
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
+TOO_LARGE = 1 << 20
+"""Vertices: a face of so many gains none by T7."""
+
 
 def edge_fractions(at: ArrayLike, count: int) -> Array:
     """Return the checked fractions (count, 2) at which new vertices divide pairs of darts, broadcast if need be."""
@@ -201,12 +204,24 @@ class EditableMesh(EditableDarts):
         self._seams.append(seam)
         return seam
 
-    def even_out(self, limit: int = 2**62) -> int:
-        """Apply T7 to the most unequal edge repeatedly; return how often. Clears the log. See `regularize`."""
+    def even_out(self, limit: int = 2**62, *, within: ArrayLike | None = None) -> int:
+        """Apply T7 to the most unequal edge repeatedly; return how often. Clears the log. See `regularize`.
+
+        Only the faces `within` change, if a mask (f,) of those of the mesh given is; new faces may.
+        """
         limit = checks.integer("limit", limit, 0)
+        outside = np.zeros(0, np.int64)
+        if within is not None:
+            outside = np.flatnonzero(~checks.array("within", within, (len(self._mesh.connectivity.face_sizes),), bool))
         self._darts.used[2] = 0
         self._seams.clear()
-        return int(_kernels_batch.even_out(self._darts, limit))
+        sizes, holes = self._darts.face_size, self._darts.face_hole
+        labels, holes[outside] = holes[outside], True  # holes keep their edges, and gain none if they are that large
+        sizes[outside] += TOO_LARGE
+        swaps = int(_kernels_batch.even_out(self._darts, limit))
+        sizes[outside] -= TOO_LARGE
+        holes[outside] = labels
+        return swaps
 
     # ---- the log and the result
 

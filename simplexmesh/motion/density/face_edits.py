@@ -165,36 +165,6 @@ def _edges(connectivity: Connectivity) -> tuple[Indices, Indices32]:
     return darts, face[np.concatenate([ends, rotated], axis=1)]
 
 
-def evened(edit: EditableMesh, zone: Mask | None = None) -> tuple[Edited, int]:
-    """Return edits followed by T7 that even out face sizes, in a zone of the mesh before if given; count all others."""
-    swaps = edit.even_out() if zone is None else 0
-    step = edit.result()
-    return step if zone is None else with_even_faces(step, mapped_zone(zone, step)), swaps
-
-
-def with_even_faces(step: Edited, zone: Mask) -> Edited:
-    """Return edits followed by T7 at edits whose four faces are in a zone of the mesh after them."""
-    for _ in range(20):
-        mesh, c = step.mesh, step.mesh.connectivity
-        darts, around = _edges(c)
-        sizes = c.face_sizes[around]
-        excess = sizes[:, 0] + sizes[:, 1] - sizes[:, 2] - sizes[:, 3]
-        valid = (zone & ~c.face_is_hole)[around].all(axis=1) & (excess > 2)
-        if not valid.any():
-            break
-        darts, around = darts[valid], around[valid]
-        order = np.argsort(-excess[valid], kind="stable")
-        first = disjoint_groups(around[order], c.face_sizes.size, len(darts))
-        edit = EditableMesh(mesh)
-        if not edit.swap_edges(darts[order][first], in_order=True).done.any():
-            break
-        even = edit.result()
-        zone = mapped_zone(zone, even)
-        maps = composed_maps((step.vertex_map, step.face_map), even)
-        step = Edited(even.mesh, checks.frozen(maps[0]), checks.frozen(maps[1]))
-    return step
-
-
 def disjoint_groups(groups: Indices32, count: int, most: int) -> Indices:
     """Return the indices of groups of faces chosen greedily, in order, so that no two share a face."""
     out = np.zeros(min(most, len(groups)), np.int64)

@@ -17,7 +17,6 @@ from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.density.face_edits import (
     disjoint_groups,
     divide_faces,
-    evened,
     face_distance,
     face_score,
     removable_edges,
@@ -146,7 +145,7 @@ def redistribute_round(
     removed_darts = darts[lowest[: _merge_count(merged[lowest], scores[highest], change)]]
     removed = int(edit.remove_edges(removed_darts, in_order=True).done.sum())
     cut, _ = divide_faces(edit, mesh, highest, 2 * max(change + removed, 0), np.ones(scores.size, bool), fewest=5)
-    out, swaps = evened(edit)
+    swaps, out = edit.even_out(), edit.result()
     done = Round(0, float(scores.max(initial=0.0)), cut, 0, out.mesh.n_vertices, removed, swaps)
     return Refined(with_even_metric(out), out.vertex_map, out.face_map, (done,))
 

@@ -15,7 +15,6 @@ from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.density.face_edits import (
     divide_faces,
-    evened,
     face_distance,
     face_score,
     unresolved_faces,
@@ -153,7 +152,8 @@ def refine_round(
     may_grow = np.ones(scores.size, bool) if zone is None else zone
     most = 20 * len(above) * 2 if budget is None else budget
     cut, ringed = divide_faces(edit, mesh, above, most, may_grow)
-    out, swaps = evened(edit, zone)
+    swaps = edit.even_out(within=None if zone is None else zone & ~mesh.connectivity.face_is_hole)
+    out = edit.result()
     highest = float(scores[allowed].max(initial=0.0))
     done = Round(len(above), highest, cut, ringed, out.mesh.n_vertices, swapped=swaps)
     return Refined(with_even_metric(out), out.vertex_map, out.face_map, (done,), not len(above))

@@ -92,7 +92,7 @@ class Round:
     merged : int
         Number of pairs of faces merged (T1), by `redistribute` only.
     swapped : int
-        Number of edges swapped (T7) to even out face sizes; not counted in zones.
+        Number of edges swapped (T7) to even out face sizes.
     """
 
     above: int

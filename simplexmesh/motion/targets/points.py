@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Mask
@@ -131,20 +129,3 @@ class Points(SurfelTarget):
         """Return (n,) the size of the smallest details that the data shows at places (n, 3) near it."""
         _, nearest_surfel = nearest(self._surfels, np.asarray(places) - self.center, 1)
         return np.asarray(DETAIL * self._surfels.radius[nearest_surfel[:, 0]])
-
-    def oriented_by(self, directions: ArrayLike | Callable[[Array], Any]) -> Points:
-        """Return the target of the same points with oriented normals.
-
-        Parameters
-        ----------
-        directions : (n, 3) array of float or function
-            A rough outward direction at each point of the cloud, of any length, or a function that maps (n, 3) points
-            to such directions. Points with direction zero are dropped.
-        """
-        points = self.cloud.points
-        given = directions(points) if callable(directions) else directions
-        outward = checks.array("directions", given, (len(points), 3))
-        known = outward.any(axis=1)
-        if np.count_nonzero(known) < 4:
-            raise ValueError(f"directions must be nonzero at 4 points or more, not {np.count_nonzero(known)}")
-        return Points(PointCloud(points[known], outward[known]))

@@ -46,10 +46,6 @@ class Source:
         """Return the distance to the target's planes beyond which points score below 0."""
         return float(np.hypot(SCORING_WIDTHS[stage] * self.size, 2 * self.noise))
 
-    def refining_widths(self, stage: int) -> Array:
-        """Return the width of the weights at each step of a refinement."""
-        return np.maximum(REFINING_WIDTHS[stage] * self.size, 2 * self.noise)
-
 
 def source_of(surface: OrientedPoints, target: OrientedPoints, rows: tuple[Indices, Indices], size: float) -> Source:
     """Return a source with the rows of the points to score and to refine with; `size` is that of the smaller."""
@@ -72,7 +68,7 @@ def refined(sources: Sequence[Source], grid: TargetGrid, motions: list[Array], *
     """Return the motions (h, 12) of each source after point-to-plane steps: coarse (stage 0) or fine (1)."""
     flat, owners = _concatenated(motions)
     columns = _columns(sources, [each.refining_rows[:: 1 if stage else 2] for each in sources])
-    widths = np.array([each.refining_widths(stage) for each in sources])
+    widths = np.array([REFINING_WIDTHS[stage] * each.size for each in sources])
     _kernels_pose_scoring.refine_motions(flat, owners, columns, grid, widths)
     return _split(flat, motions)
 

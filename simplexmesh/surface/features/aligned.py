@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from simplexmesh._base import checks
 from simplexmesh._base.vectors import cross, dot
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh.triangles.self_intersection import crossing_triangles
-from simplexmesh.surface.features.feature_lines import feature_lines, matching
+from simplexmesh.surface.features.feature_lines import network_on
 from simplexmesh.surface.features.lines.network import FeatureNetwork
 
 
@@ -47,10 +46,7 @@ def aligned(surface: Any, network: FeatureNetwork | None = None) -> TriangleMesh
     >>> bool(np.allclose(sm.aligned(cube).vertices, cube.vertices))
     True
     """
-    if network is None:
-        network = feature_lines(surface)
-    else:
-        network = matching(surface, checks.instance("network", network, FeatureNetwork))
+    network = network_on(surface, network)
     found, given, to = network._found, network.mesh.vertices, network._places.copy()
     faces = found.edges.facets.faces
     while True:

@@ -78,8 +78,11 @@ def prepared(surface: Any) -> TriangleMesh:
     return mesh
 
 
-def matching(surface: Any, network: FeatureNetwork) -> FeatureNetwork:
-    """Return a network on a surface given with it, whose data may differ, or raise if its triangles do."""
+def network_on(surface: Any, network: FeatureNetwork | None) -> FeatureNetwork:
+    """Return a network on a surface given with it, whose data may differ, or raise if its triangles do; or find one."""
+    if network is None:
+        return feature_lines(surface)
+    checks.instance("network", network, FeatureNetwork)
     mesh, own = prepared(surface), network.mesh
     same = np.array_equal(mesh.faces, own.faces) and len(mesh.vertices) == len(own.vertices)
     if not same or np.abs(mesh.vertices - own.vertices).max() > 1e-9 * own.diagonal:

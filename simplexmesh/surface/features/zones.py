@@ -8,7 +8,7 @@ import numpy as np
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices
-from simplexmesh.surface.features.feature_lines import feature_lines, matching
+from simplexmesh.surface.features.feature_lines import network_on
 from simplexmesh.surface.features.lines.network import FeatureNetwork
 from simplexmesh.surface.features.zoning import edits
 from simplexmesh.surface.features.zoning._kernels_fronts import grow
@@ -56,10 +56,7 @@ def zones(surface: Any, network: FeatureNetwork | None = None, *, tolerance: flo
     >>> sm.zones(sm.divided(pv.Cube().triangulate().clean(), 0.1)).kinds
     ('plane', 'plane', 'plane', 'plane', 'plane', 'plane')
     """
-    if network is None:
-        network = feature_lines(surface)
-    else:
-        network = matching(surface, checks.instance("network", network, FeatureNetwork))
+    network = network_on(surface, network)
     found, sharp = network._found, network._chosen
     labels = found.edges.zones(sharp)
     if tolerance is not None:

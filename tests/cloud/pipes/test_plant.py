@@ -118,6 +118,9 @@ def test_a_branch_of_a_branch_meets_it_where_it_is_in_the_end():
     assert [tee.end_radius > 0.4 for tee in tees] == [True, False]
     assert apart(found[0], found[1]) < 1e-9
     assert apart(found[1], found[2]) < 1e-9
+    for line, chain in zip(found[:2], chains, strict=False):  # the free end finds its place aside, both ways
+        off = line.chain.corners - chain.corners[0]
+        assert np.linalg.norm(np.cross(off, chain.directions[0]), axis=1).min() < 0.008
 
 
 @pytest.mark.parametrize(

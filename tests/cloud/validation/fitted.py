@@ -6,9 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
+from scipy.special import fdtrc
 from scipy.stats import binomtest, kstest
 
-from simplexmesh.cloud.validation.regression import orthonormal
+from simplexmesh.cloud.validation.outcome import Outcome
+from simplexmesh.cloud.validation.regression import nested_model_statistic, orthonormal, polynomial_terms
 
 LENGTH, RADIUS = 400.0, 100.0
 
@@ -62,6 +64,19 @@ def linear_fit(angle, z, off):
 def places(rng, count, arc=160.0):
     """Angles and heights at random."""
     return np.radians(rng.uniform(-arc / 2, arc / 2, count)), rng.uniform(0, LENGTH, count)
+
+
+def nested_model_test(residuals, full, null):
+    """The test by the law F(p - q, n - p) that the statistic has for residuals which are independent."""
+    inner, outer = orthonormal(null), orthonormal(np.column_stack([null, full]))
+    more, free = outer.shape[1] - inner.shape[1], len(residuals) - outer.shape[1]
+    statistic = float(nested_model_statistic(residuals, outer, inner))
+    return Outcome(statistic, float(fdtrc(more, free, statistic)))
+
+
+def regression_test(residuals, unfolded):
+    """The test against a polynomial beside a constant, as of the thesis's equation 5.6."""
+    return nested_model_test(residuals, polynomial_terms(unfolded), np.ones((len(residuals), 1)))
 
 
 def is_rate(found, trials, rate):

@@ -6,14 +6,17 @@ import numpy as np
 import pytest
 from scipy.special import fdtrc
 
-from simplexmesh.cloud.validation.regression import (
-    nested_model_test,
-    orthonormal,
-    polynomial_terms,
-    regression_test,
-)
+from simplexmesh.cloud.validation.regression import orthonormal, polynomial_terms
 from simplexmesh.cloud.validation.unfolding import unfolded
-from tests.cloud.validation.fitted import are_uniform, is_rate, linear_fit, places, told
+from tests.cloud.validation.fitted import (
+    are_uniform,
+    is_rate,
+    linear_fit,
+    nested_model_test,
+    places,
+    regression_test,
+    told,
+)
 
 
 def test_printed_p_value_is_that_of_15_terms():
@@ -65,8 +68,6 @@ def test_dependent_columns_do_not_count():
     powers = np.stack([x**k for k in range(5)], axis=1)
     expected = nested_model_test(y, powers, np.ones((50, 1)))
     assert regression_test(y, on_a_line).p_value == pytest.approx(expected.p_value)
-    with pytest.raises(ValueError, match="50 residuals cannot test 1 columns against 1"):
-        regression_test(y, np.zeros((50, 2)))
 
 
 def test_law_with_derivatives_is_exact_and_without_timid():

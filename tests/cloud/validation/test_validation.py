@@ -8,9 +8,10 @@ import pytest
 import simplexmesh as sm
 from simplexmesh.cloud.validation import smoothing
 from simplexmesh.cloud.validation.normality import normality_test
-from simplexmesh.cloud.validation.regression import nested_model_test, polynomial_terms, regression_test
+from simplexmesh.cloud.validation.regression import polynomial_terms
 from simplexmesh.cloud.validation.unfolding import unfolded
 from simplexmesh.cloud.validation.validation import MOST_POINTS, Validation, validated
+from tests.cloud.validation import fitted
 from tests.cloud.validation.fitted import LENGTH, cone_points, cylinder_fit, is_rate, linear_fit, places, told
 
 ROUND = (True, False)
@@ -58,7 +59,7 @@ class TestProtocols:
         for seed in range(8):
             fit = cylinder_fit(cone_points(np.random.default_rng(seed), noise, np.radians(half_angle)))
             smooth = smoothing.means(fit.residuals, smoothing.nearest_neighbors(fit.points))
-            regression = regression_test(fit.residuals, unfolded(fit.coordinates, ROUND))
+            regression = fitted.regression_test(fit.residuals, unfolded(fit.coordinates, ROUND))
             rho = float(smoothing.smoothed_ratio(fit.residuals, smooth))
             result = verdict(fit, seed)
             found.append([result.noise, regression.statistic, rho, result.normality.statistic])
@@ -229,7 +230,7 @@ class TestResult:
             fit = linear_fit(*places(rng, 300), rng.normal(size=300))
             result = verdict(fit)
             terms = polynomial_terms(unfolded(fit.coordinates, ROUND))
-            exact = nested_model_test(fit.residuals, terms, fit.derivatives)
+            exact = fitted.nested_model_test(fit.residuals, terms, fit.derivatives)
             assert result.regression.statistic == pytest.approx(exact.statistic)
             assert result.normality.statistic == pytest.approx(normality_test(fit.residuals).statistic)
             apart.append(abs(result.regression.p_value - exact.p_value))

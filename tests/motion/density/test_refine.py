@@ -20,7 +20,6 @@ from simplexmesh.motion.density.face_edits import (
     face_distance,
     face_score,
     removable_edges,
-    with_even_faces,
     with_even_metric,
 )
 from simplexmesh.motion.density.redistribute import _merge_count, _vertex_schedule, redistribute_round
@@ -372,10 +371,16 @@ class TestZones:
         assert sm.refine(egg_of(160), EGG, threshold="fine", zones=[]).mesh is egg_of(160)
 
     def test_sizes_are_made_even_within(self):
-        uneven = sm.refine_face(sm.refine_face(sm.sphere(8), 40).mesh, 40)
-        zone = np.ones(uneven.mesh.connectivity.face_sizes.size, bool)
-        assert set(np.unique(with_even_faces(uneven, zone).mesh.connectivity.face_sizes)) <= {5, 6, 7}
-        assert with_even_faces(uneven, ~zone).mesh is uneven.mesh
+        uneven = sm.refine_face(sm.refine_face(sm.sphere(8), 40).mesh, 40).mesh
+        c, edit = uneven.connectivity, EditableMesh(uneven)
+        zone = np.ones(c.face_sizes.size, bool)
+        assert not edit.even_out(within=~zone)
+        zone[c.vertex_faces[c.face_darts[c.face_offsets[40]] // 3]] = False
+        some = edit.even_out(within=zone)
+        done = edit.result()
+        sizes = done.mesh.connectivity.face_sizes[done.face_map[~zone]]
+        np.testing.assert_array_equal(sizes, c.face_sizes[~zone])
+        assert 0 < some < EditableMesh(uneven).even_out(within=np.ones_like(zone)) == EditableMesh(uneven).even_out()
 
 
 class TestRedistribute:

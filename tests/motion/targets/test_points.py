@@ -29,12 +29,6 @@ def torus_distance(points, R=1.0, r=0.35):
     return np.hypot(np.hypot(points[:, 0], points[:, 1]) - R, points[:, 2]) - r
 
 
-def from_ring(points):
-    """Direction from the nearest point of the torus's center line."""
-    ring = points * [1, 1, 0]
-    return points - ring / np.linalg.norm(ring, axis=1)[:, None]
-
-
 def torus_grid(n=96, m=48, bump=0.02):
     """A wavy torus as an (n, m) grid of vertices, off the true one by up to `bump` diagonals."""
     u, v = np.meshgrid(np.arange(n) * 2 * np.pi / n, np.arange(m) * 2 * np.pi / m, indexing="ij")
@@ -282,23 +276,6 @@ def test_walls_of_a_thin_sheet_are_kept_apart():
     inside = np.column_stack([rng.uniform(-0.5, 0.5, (50, 2)), np.zeros(50)])
     np.testing.assert_allclose(target.gap(inside, top[:50], 0.1), 0.01, atol=1e-6)
     np.testing.assert_allclose(target.gap(inside, -top[:50], 0.1), 0.01, atol=1e-6)
-
-
-def test_directions_given_later_orient_the_points():
-    points, _ = torus_points(2000, np.random.default_rng(3))
-
-    def outward(p):
-        return 5 * from_ring(p)
-
-    unknown = Points(points)
-    known = unknown.oriented_by(outward)
-    assert known._surfels.oriented
-    assert not unknown._surfels.oriented
-    assert np.isnan(known.gap(points[:50], -outward(points[:50]) / 1.75, 0.2)).all()
-    again = unknown.oriented_by(outward(points))
-    np.testing.assert_array_equal(known._surfels.table, again._surfels.table)
-    with pytest.raises(ValueError, match="directions must have shape"):
-        unknown.oriented_by(np.zeros((5, 3)))
 
 
 def test_over_a_hole_there_is_no_data():

@@ -199,9 +199,3 @@ def test_dir_lists_the_public_names():
 def test_orientation_is_true_or_false():
     with pytest.raises(TypeError, match=r"^oriented must be true or false, not str 'no'$"):
         sm.targets.Triangles(sm.sphere(2), oriented="no")
-
-
-def test_directions_must_be_nonzero_at_four_points():
-    target = sm.targets.Points(sm.sphere(4).vertices)
-    with pytest.raises(ValueError, match=r"^directions must be nonzero at 4 points or more, not 0$"):
-        target.oriented_by(np.zeros((320, 3)))

@@ -12,6 +12,7 @@ from scipy.ndimage import gaussian_filter
 import simplexmesh as sm
 from simplexmesh._base.vectors import norm, normalized
 from simplexmesh.motion.targets import _kernels_volume
+from simplexmesh.motion.targets.triangles import inside_surface
 from tests.motion import reference as reference
 
 SEEDS = st.integers(0, 10**6)
@@ -323,6 +324,16 @@ def test_how_deep_points_are_in_a_body_and_beside_it():
     radius = np.random.default_rng(0).uniform(0.2, 1.5, 300)
     assert_allclose(ball.depths(n * radius[:, None]), (1 - radius) / 2, atol=0.02)
     assert np.isnan(sm.targets.Triangles(sm.TriangleMesh(*square())).depths(np.array([[0.4, 0.3, 0.1]])))
+
+
+def test_inside_of_an_open_ball_is_what_most_of_it_surrounds():
+    """The winding number is the share of all directions that meet the surface: 0.35 or 0.65 at the center."""
+    ball = sm.sphere(12).triangulated("dual")
+    up = ball.vertices[ball.faces][:, :, 2].mean(axis=1)
+    faces = ball.faces[up < 0.3]
+    for turned, inside in ((faces, True), (faces[:, ::-1], False)):
+        assert inside_surface(np.zeros((1, 3)), ball.vertices, turned).tolist() == [inside]
+    assert inside_surface(np.zeros((1, 3)), ball.vertices, ball.faces[up >= 0.3]).tolist() == [False]
 
 
 def test_the_far_wall_of_a_thin_sheet_does_not_attract():

@@ -9,9 +9,10 @@ import pytest
 
 import simplexmesh as sm
 from simplexmesh.motion.model.contours import rims_of
+from simplexmesh.motion.model.state import mean_edge
 from simplexmesh.motion.reconstruct.measure import genus_message
 from simplexmesh.motion.start.primitives import primitive_around
-from simplexmesh.motion.topology.wrapping import Wrapping, contacts, wrapped
+from simplexmesh.motion.topology.wrapping import GRADE, Wrapping, contacts, wrapped
 from tests.mesh.test_homology import block
 
 
@@ -74,6 +75,12 @@ class TestWrapping:
         assert away[-20] < 2 * wrapping.edge  # surface to mesh, including the bottom of the dent
         assert not wrapping.free.any()
         assert wrapping.is_complete
+
+    def test_edges_are_as_long_as_a_share_of_the_way_to_the_surface(self):
+        wrapping = Wrapping(sm.sphere(12, radius=4.0), sm.sphere(12), 4000)
+        for _ in range(5):
+            wrapping.replace_mesh(wrapping._evened())
+        assert 0.7 < mean_edge(wrapping.mesh) / (GRADE * 3.0) < 1.7
 
     def test_a_sphere_gains_the_handle_of_a_torus_and_its_films_are_offered_once(self):
         surface, asked = sm.torus(60, 30, tube_radius=0.45), []

@@ -368,6 +368,18 @@ class TestKernels:
             mark = np.maximum(1 - (lack / width) ** 2, -1)
             assert score == pytest.approx(float((on * mark * alike).mean()), rel=1e-6)
 
+    def test_noise_of_a_known_deviation_takes_a_quarter_of_the_score(self):
+        rng = np.random.default_rng(7)
+        flat = np.column_stack([rng.uniform(-0.5, 0.5, (3000, 2)), np.zeros(3000)])
+        up, noise = np.tile([0.0, 0.0, 1.0], (3000, 1)), 0.02
+        rough = flat + noise * rng.normal(size=(3000, 1)) * up
+        source = pose_scoring.Source(OrientedPoints(rough, up, 0.02, noise, rough), *[np.arange(3000)] * 2, 1.0, noise)
+        still = motion_rows(np.eye(3)[None], np.zeros((1, 3)))
+        (score,) = pose_scoring.scores(
+            [source], target_grid(OrientedPoints(flat, up, 0.02, 0.0, flat)), [still], stage=2
+        )
+        assert score[0] == pytest.approx(0.75, abs=0.03)
+
     def test_out_of_the_grid_nothing_speaks_for_a_motion_nor_against_it(self):
         """One point in the middle of two cells a side, samples there and beyond each side, all of them near."""
         steps = np.vstack([np.zeros((1, 3)), 1.2 * np.eye(3), -1.2 * np.eye(3)])

@@ -35,6 +35,7 @@ from simplexmesh.surface.curvature.adaptive.scales import (
     surface_of,
 )
 from simplexmesh.surface.sampled_surface import as_sampled_surface
+from tests.bench import article_bodies
 from tests.bench.random_graph import random_graph
 from tests.surface.curvature import reference_adaptive as reference
 
@@ -442,7 +443,7 @@ class TestTwins:
         np.testing.assert_array_equal(away[found, np.arange(n)], away.min(axis=0))
 
     def test_spacing_is_the_edge_of_an_even_mesh(self):
-        ball = discretized.icosphere(12, 1.0)
+        ball = article_bodies.icosphere(12, 1.0)
         found = spacings(as_sampled_surface(ball.mesh))
         edge = np.sqrt(4 * np.pi / len(ball.vertices) * 2 / np.sqrt(3))
         assert np.median(found) == pytest.approx(edge, rel=0.05)
@@ -499,7 +500,7 @@ class TestProbes:
 
 class TestInput:
     def test_coarsest_bodies(self):
-        ball = discretized.icosphere(1, 1.0)
+        ball = article_bodies.icosphere(1, 1.0)
         found = sm.curvature(ball.mesh)
         assert len(ball.vertices) == 12
         assert np.abs(found.mean - 1).max() < 0.1
@@ -507,7 +508,7 @@ class TestInput:
 
     def test_small_parts_beside_large_ones(self):
         exact, mesh = torus("2.5k")
-        ball = discretized.icosphere(1, 1.0)
+        ball = article_bodies.icosphere(1, 1.0)
         vertices = np.vstack([mesh.vertices, ball.vertices + 5])
         both = sm.TriangleMesh(vertices, np.vstack([mesh.faces, ball.faces + len(mesh.vertices)]))
         found = sm.curvature(both)
@@ -515,7 +516,7 @@ class TestInput:
         assert np.abs(found.mean[len(mesh.vertices) :] - 1).max() < 0.1
 
     def test_walls_closer_than_the_ball_do_not_mix(self):
-        outer, inner = discretized.icosphere(16, 1.0), discretized.icosphere(16, 0.95)
+        outer, inner = article_bodies.icosphere(16, 1.0), article_bodies.icosphere(16, 0.95)
         vertices = np.vstack([outer.vertices, inner.vertices])
         faces = np.vstack([outer.faces, inner.faces[:, ::-1] + len(outer.vertices)])
         found = sm.curvature(noisy(sm.TriangleMesh(vertices, faces), 0.05, rng=0))
@@ -575,7 +576,7 @@ class TestInput:
     @pytest.mark.parametrize("of", [sm.curvature, sm.vertex_normals])
     def test_options_are_checked(self, of, options, error, said):
         with pytest.raises(error, match=said):
-            of(discretized.icosphere(4).mesh, **options)
+            of(article_bodies.icosphere(4).mesh, **options)
 
     def test_detail_is_a_lower_bound_and_noise_is_used(self):
         exact, mesh = torus("10k", 0.01)

@@ -24,6 +24,7 @@ from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.normals import estimate as normal_estimates
 from simplexmesh.surface.reasons import DEGENERATE, EXPLANATIONS, OPEN
 from simplexmesh.surface.sampled_surface import SampledSurface, as_sampled_surface
+from tests.bench import article_bodies
 from tests.bench.article_rings import KINDS, article_ring, gs03_ring, symmetric_ring
 from tests.surface.curvature import reference_curvature as reference
 from tests.surface.golden_curvature import ARTICLE, GS03, MESHES, METHODS, SCHEMES
@@ -162,7 +163,7 @@ class TestPrinted:
         ],
     )
     def test_on_the_icosphere_of_the_article(self, method, options, mean, gauss):
-        found, _ = quietly(discretized.icosphere().mesh, method, **options)  # twelve have valence five
+        found, _ = quietly(article_bodies.icosphere().mesh, method, **options)  # twelve have valence five
         for values, (middle, spread) in ((found.mean, mean), (found.gauss, gauss)):
             assert np.nanmean(values) == pytest.approx(middle, rel=4e-6)
             assert not spread or np.nanstd(values) == pytest.approx(spread, rel=1e-4)
@@ -220,8 +221,8 @@ class TestPrinted:
 
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", SimplexMeshWarning)  # valence below six
-            cone = sm.curvature(discretized.cone().mesh, method, **options)
-            cylinder = sm.curvature(discretized.capped_cylinder().mesh, method, **options)
+            cone = sm.curvature(article_bodies.cone(), method, **options)
+            cylinder = sm.curvature(article_bodies.capped_cylinder(), method, **options)
         assert statistics(cone.mean) == pytest.approx(cone_mean, rel=6e-6)
         assert statistics(cone.gauss) == pytest.approx(cone_gauss, rel=6e-6)
         if method == "quadric":
@@ -902,7 +903,7 @@ class TestOptions:
         assert "without a normal" in heard[0]
 
     def test_five_neighbors_are_enough_for_an_extended_quadric_if_wanted(self):
-        ball = discretized.icosphere(4, 1.0).mesh
+        ball = article_bodies.icosphere(4, 1.0).mesh
         found, _ = quietly(ball, "extended_quadric")
         assert found.failed.sum() == 12
         found = sm.curvature(ball, "extended_quadric", least=5)
@@ -997,7 +998,7 @@ class TestResult:
     @pytest.mark.parametrize(
         ("mesh", "index", "curvedness"),
         [
-            (discretized.icosphere(6, 2.0).mesh, 1, 0.5),
+            (article_bodies.icosphere(6, 2.0).mesh, 1, 0.5),
             (discretized.uv_cylinder(48, 20).mesh, 0.5, 0.5 / np.sqrt(2)),
             (discretized.split_square(graph("hyperboloid"), 40).mesh, 0, None),
         ],

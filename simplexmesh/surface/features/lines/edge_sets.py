@@ -12,8 +12,8 @@ import numpy as np
 
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import norm
+from simplexmesh.mesh._kernels import component_labels
 from simplexmesh.surface.features.lines import _kernels_chains
-from simplexmesh.surface.features.lines._kernels_parts import parts
 from simplexmesh.surface.features.lines.facets import Facets
 
 
@@ -129,9 +129,10 @@ class Edges:
         return out
 
     def zones(self, chosen: Mask) -> Indices:
-        """Return labels (t,) of the parts of the surface between edges."""
-        found: Indices = parts(self.facets.mates, self.halved(chosen))
-        return found
+        """Return labels (t,) of the parts of the surface between edges, in the order of the triangles."""
+        mates = self.facets.mates
+        beside = np.where((mates < 0) | self.halved(chosen), -1, mates // 3).reshape(-1, 3)
+        return component_labels(beside.astype(np.int32)).astype(np.int64)
 
     def chains(self, chosen: Mask, nodes: Mask | None = None) -> Chains:
         """Return the lines that edges form, from node to node, then the closed ones.

@@ -82,10 +82,9 @@ def _regions(points: Array) -> list[Indices]:
 def _step(vertices: Array) -> float:
     """Return the length of which all differences of coordinates are multiples; 0 if there is none."""
     known = np.unique(np.abs(vertices - vertices[:1]))
-    gaps = np.diff(known)[np.diff(known) > FINEST * known[-1]]
-    if not len(gaps):
-        return 0.0
-    step = float(known[-1] / np.round(known[-1] / gaps.min()))
+    gaps = np.diff(known)
+    least = gaps[gaps > FINEST * known[-1]].min(initial=known[-1])
+    step = float(known[-1] / np.round(known[-1] / least))
     counts = known / step
     return step if np.abs(counts - np.round(counts)).max() < 0.05 else 0.0
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from simplexmesh._base.arrays import Array, Indices
-from simplexmesh._base.vectors import dot
+from simplexmesh._base.vectors import dot, tangents
 from simplexmesh.surface.features.lines._kernels_patches import patches
 from simplexmesh.surface.features.lines.creases import Creases
 
@@ -30,8 +30,9 @@ def bending(found: Creases, labels: Indices) -> Array:
     inside = labels[members] == labels[owner]
     owner, members = owner[inside], members[inside]
     weights, apart = found.areas_beside(NEAR)[members], facets.centers[members] - facets.centers[owner]
-    along = [dot(apart, axis[owner]) for axis in _tangents(found.normals)]
-    turned = [dot(facets.normals[members], axis[owner]) for axis in _tangents(found.normals)]
+    frame = tangents(found.normals)
+    along = [dot(apart, axis[owner]) for axis in frame]
+    turned = [dot(facets.normals[members], axis[owner]) for axis in frame]
 
     def mean(values: Array) -> Array:
         return np.bincount(owner, weights * values, n) / np.maximum(np.bincount(owner, weights, n), 1e-300)
@@ -45,11 +46,3 @@ def bending(found: Creases, labels: Indices) -> Array:
             b[:, i, j] = mean(along[i] * turned[j]) - middles[i] * normals[j]
     out: Array = np.sqrt((np.linalg.solve(A, b) ** 2).sum(axis=(1, 2)))
     return out
-
-
-def _tangents(normals: Array) -> tuple[Array, Array]:
-    """Return two unit vectors (t, 3) perpendicular to normals and to each other."""
-    least = np.eye(3)[np.abs(normals).argmin(axis=1)]
-    one = np.cross(normals, least)
-    one /= np.maximum(np.linalg.norm(one, axis=1), 1e-300)[:, None]
-    return one, np.cross(normals, one)
