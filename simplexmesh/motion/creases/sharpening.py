@@ -154,7 +154,7 @@ class Scene:
     def failed(self, mesh: SimplexMesh) -> Mask:
         """Return the vertices (n,) of a mesh that are tangled, or farther from the data than before by an edge."""
         points, vertices = self.away(mesh)
-        out = tangled_vertices(mesh) | (vertices > self.before[1] + max(self.edge, self.resolution))
+        out = tangled_vertices(mesh) | (vertices > self.before[1] + self.edge)
         lost = self.points[points > self.before[0] + self.edge]
         out[cKDTree(mesh.vertices).query(lost)[1]] = True
         return out
@@ -177,6 +177,9 @@ def _laid(scene: Scene) -> Sharpened | None:
         warn("the model stays smooth: with the sharp edges of the data its faces would fold; more vertices may help")
         return None
     if (share := _length(found.creases()) / _length(scene.lines)) < MOST:
+        if scene.edge < scene.resolution:  # then faces are small enough for what is sharp
+            warn(f"the model stays smooth: {1 - share:.0%} of what looks like sharp edges is farther from the data")
+            return None
         warn(f"only {share:.0%} of the sharp edges of the data are in the model: with others its faces would fold")
     return found
 

@@ -33,6 +33,10 @@ LONG, LONGER = 1.4, 2.0
 vertices, whose parts are hard to even out."""
 
 
+TORN = 0.25
+"""Of the size of a face: by how much the distances of its vertices to the data may differ if that is one surface."""
+
+
 @dataclass(frozen=True, eq=False)
 class FaceScore:
     """The dimensionless factors of the score of each face, (f,) arrays; holes are included and score 0."""
@@ -84,6 +88,20 @@ def unresolved_faces(mesh: SimplexMesh, target: Target) -> Mask:
         return np.zeros(len(c.face_sizes), bool)
     loops = c.face_vertices, c.face_offsets
     return np.asarray(face_areas(mesh.vertices, *loops) < resolution(face_centroids(mesh.vertices, *loops)) ** 2)
+
+
+def torn_faces(mesh: SimplexMesh, target: Target, reach: float) -> Mask:
+    """Return the faces (f,) of a mesh at rest whose vertices are not at one surface of data that has a `resolution`.
+
+    Such are those where two sides of it meet: smaller ones follow now one, now the other, and pile up.
+    """
+    c = mesh.connectivity
+    if not hasattr(target, "resolution"):
+        return np.zeros(len(c.face_sizes), bool)
+    loops, starts = (c.face_vertices, c.face_offsets), c.face_offsets[:-1]
+    gaps = target_gaps(target, mesh.vertices, mesh.normals, reach)[c.face_vertices]
+    differ = np.fmax.reduceat(gaps, starts) - np.fmin.reduceat(gaps, starts)
+    return np.asarray(differ > TORN * np.sqrt(face_areas(mesh.vertices, *loops)))
 
 
 def divide_faces(

@@ -139,6 +139,17 @@ def test_creases_that_folds_leave_none_of_are_told(monkeypatch):
     assert "crease" not in model.mesh.data
 
 
+@pytest.mark.parametrize(("vertices", "message"), [(400, "only .* are in the model"), (3000, "the model stays smooth")])
+def test_small_faces_that_keep_few_edges_keep_none(monkeypatch, vertices, message):
+    def released(scene, mesh, target, creased):
+        return mesh, creased & (mesh.vertices[:, :2] > 0).all(axis=1)
+
+    monkeypatch.setattr(sharpening, "_released", released)
+    with pytest.warns(sm.SimplexMeshWarning, match=message):
+        model = sm.reconstruct(box_points(), vertices=vertices)
+    assert bool(model.creases) == (vertices == 400)
+
+
 @pytest.mark.parametrize("seed", [6, 7])
 def test_loops_smaller_than_a_face_are_no_lines(seed):
     """In the triangulation of these points two lines lead from one end of an edge to the other."""
@@ -157,8 +168,8 @@ def test_lines_against_which_points_speak_go_out(monkeypatch, of_all, left):
 
 
 def test_where_edges_fail_the_model_is_smooth(models):
-    scene = sharpening.Scene(models[1].mesh, [], box_points(), None, 0.0, 0.0)
     mesh = models[1].mesh
+    scene = sharpening.Scene(mesh, [], box_points(), None, 0.0, 10.0)
     row = int(mesh.vertices[:, 2].argmax())
     vertices = mesh.vertices.copy()
     vertices[row] += [0, 0, 1.0]

@@ -326,6 +326,23 @@ def test_faces_smaller_than_what_the_data_shows_are_not_divided(step):
         assert (new[:, 2] > 0.2).any() == north
 
 
+class Torn(Blurred):
+    """The sphere, but north of the equator each vertex sees data somewhere else."""
+
+    def gap(self, vertices, normals, reach):
+        elsewhere = np.random.default_rng(0).normal(0, 0.1, len(vertices))
+        return super().gap(vertices, normals, np.inf) + np.where(vertices[:, 2] > 0, elsewhere, 0.0)
+
+
+def test_faces_where_data_tells_no_surface_are_not_divided():
+    ball = sm.sphere(8)
+    ball = ball.moved(ball.vertices * 1.01)
+    step = redistribute_round(ball, Torn(0.0), reach=0.5, vertices=ball.n_vertices + 40)
+    new = step.mesh.vertices[np.setdiff1d(np.arange(step.mesh.n_vertices), step.vertex_map)]
+    assert len(new) > 20
+    assert new[:, 2].max() < 0.2  # an edge
+
+
 class TestZones:
     def test_faces_outside_are_untouched(self, zoned, outside):
         out = zoned
