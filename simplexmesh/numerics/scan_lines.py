@@ -23,8 +23,9 @@ FARTHEST = 512
 CONFIRMED = 4
 """Times as far, what spans a surface still does: noise about a line looks like one where it is as wide as long."""
 
-ACROSS = 0.3
-"""Cosine between the planes of neighbors near and far, below which the near ones are a line and its noise."""
+ACROSS, ROUND = 0.3, 0.25
+"""Cosine between the planes of neighbors near and far, below which the near ones are a line and its noise, and share of
+the variance across far ones that is along their normal, at most: both sides of a wall are rounder."""
 
 EVERY, PLACES = 8, (2000, 20_000)
 """Point that is looked at, one in so many, and how many are at least and at most."""
@@ -95,11 +96,11 @@ def _steps(tree: cKDTree, places: Array) -> Indices:
     while len(left) and step <= farthest:
         moments, normal = _planes(tree, places[left], step)
         thick, across, along = moments.T
-        narrow = across <= NARROW * along
-        turned = (since[left] > 0) & (np.abs(dot(normal, normals[left])) < ACROSS)
+        narrow, flat = across <= NARROW * along, thick <= NARROW * across
+        turned = (thick <= ROUND * across) & (since[left] > 0) & (np.abs(dot(normal, normals[left])) < ACROSS)
         on_line[left] |= narrow | turned
         since[left[narrow | turned]] = 0
-        new = ~narrow & (on_line[left] | (thick <= NARROW * across)) & (since[left] == 0)
+        new = ~narrow & (on_line[left] | flat) & (since[left] == 0)
         since[left[new]], normals[left[new]] = step, normal[new]
         first = np.where(first > 0, first, since)
         left = left[(since[left] == 0) | (step < CONFIRMED * since[left])]
