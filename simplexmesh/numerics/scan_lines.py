@@ -27,7 +27,7 @@ ACROSS, ROUND = 0.3, 0.25
 """Cosine between the planes of neighbors near and far, below which the near ones are a line and its noise, and share of
 the variance across far ones that is along their normal, at most: both sides of a wall are rounder."""
 
-EVERY, PLACES = 8, (2000, 20_000)
+EVERY, PLACES = 16, (2000, 20_000)
 """Point that is looked at, one in so many, and how many are at least and at most."""
 
 AGREEING = 15
