@@ -193,7 +193,7 @@ def test_lines_stand_out_of_what_is_beside_them():
 @pytest.mark.parametrize("around", [False, True])
 def test_lines_of_a_scanner_far_apart_are_followed(around):
     chain = chain_of([[0, 0, 0], [12, 0, 0], [12, 12.0, 0]], [3.0], 1.0)
-    along, turns = (0.4, 0.02) if around else (0.02, 0.4)  # radii between points
+    along, turns = (0.52, 0.02) if around else (0.02, 0.52)  # radii between points
     stations, turn = (
         each.ravel() for each in np.meshgrid(np.arange(0, chain.stations[-1], along), np.arange(-1.8, 1.8, turns))
     )
