@@ -64,11 +64,11 @@ def fit_planes(points, near, normals, variance, projected):
 
 
 @njit(cache=True, error_model="numpy", parallel=True)
-def fill_widths(points, near, widths):
-    """Fill ratios of the squared deviations of `near` (n, k) across and along them; 0 where they coincide."""
+def fill_moments(points, near, moments, normals):
+    """Fill the mean squares (n, 3) along the principal axes of `near` (n, k), ascending, and the first axes (n, 3)."""
     for i in prange(len(near)):
-        _, moments = fit_plane(points, near[i], row(points, near[i, 0]), math.inf, np.empty(3))
-        widths[i] = moments[1] / moments[2] if moments[2] > 0.0 else 0.0
+        _, found = fit_plane(points, near[i], row(points, near[i, 0]), math.inf, normals[i])
+        moments[i, 0], moments[i, 1], moments[i, 2] = found
 
 
 @njit(cache=True, error_model="numpy", parallel=True)

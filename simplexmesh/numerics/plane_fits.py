@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.numerics import _kernels_local_fits, scan_lines
+from simplexmesh.numerics.scan_lines import Even
 
 FEW_NEIGHBORS, MANY_NEIGHBORS = 16, 40
 NOISE_RATIO = 0.45
@@ -30,9 +31,9 @@ class Planes:
 
 def planes(points: Array) -> Planes:
     """Return the planes through the nearest neighbors of each point: 16, or 40 if the noise exceeds 0.45 spacings."""
-    tree = cKDTree(points)
-    some = _fit_some(tree)
-    return some if len(some.normals) == len(points) else _fit(tree, points, some.neighbors)
+    even = scan_lines.even(cKDTree(points))
+    some = _fit_some(even)
+    return some if len(some.normals) == len(points) else _fit(even, np.arange(len(points)), some.neighbors)
 
 
 def thinned(points: Array) -> Array:
@@ -41,7 +42,7 @@ def thinned(points: Array) -> Array:
     Neighbors nearer than that lie about a point in all directions, and tell no plane.
     """
     while True:
-        some = _fit_some(cKDTree(points))
+        some = _fit_some(scan_lines.even(cKDTree(points)))
         if some.noise <= some.spacing or some.neighbors < MANY_NEIGHBORS:
             return points
         points = points[::2]
@@ -50,21 +51,22 @@ def thinned(points: Array) -> Array:
 def spacing_of(tree: cKDTree) -> float:
     """Estimate the median distance between neighboring points of a tree from some."""
     count = min(FEW_NEIGHBORS, tree.n)
-    distance = tree.query(_some(tree), k=[count], workers=-1)[0]
+    distance = tree.query(tree.data[_some(tree.n)], k=[count], workers=-1)[0]
     return spacing_within(distance, count)
 
 
-def _fit_some(tree: cKDTree) -> Planes:
-    """Return planes at some of the points of a tree, through as many neighbors as their noise asks for."""
-    some = _fit(tree, _some(tree), min(FEW_NEIGHBORS, tree.n))
-    if some.noise > NOISE_RATIO * some.spacing and tree.n > 2 * MANY_NEIGHBORS:
-        return _fit(tree, _some(tree), MANY_NEIGHBORS)
+def _fit_some(even: Even) -> Planes:
+    """Return planes at some of the points, through as many neighbors as their noise asks for."""
+    places = _some(len(even.points))
+    some = _fit(even, places, min(FEW_NEIGHBORS, len(even.rows)))
+    if some.noise > NOISE_RATIO * some.spacing and len(even.rows) > 2 * MANY_NEIGHBORS:
+        return _fit(even, places, MANY_NEIGHBORS)
     return some
 
 
-def _some(tree: cKDTree) -> Array:
-    """Return 5,000 to twice as many of the points of a tree, or all if they are fewer."""
-    return np.asarray(tree.data[:: max(1, tree.n // 5000)])
+def _some(count: int) -> Indices:
+    """Return the numbers of 5,000 to twice as many of so many points, or of all if they are fewer."""
+    return np.arange(0, count, max(1, count // 5000))
 
 
 def fitted(points: Array, near: Indices) -> tuple[Array, Array, Array]:
@@ -81,14 +83,14 @@ def spacing_within(farthest: Array, count: int) -> float:
 
 def sided(points: Array, normals: Array, neighbors: int) -> Array:
     """Return normals (n, 3) of planes through those of the nearest neighbors on the side that rough unit ones tell."""
-    near = scan_lines.neighbors(cKDTree(points), points, neighbors)[1]
+    near = scan_lines.even(cKDTree(points)).near(np.arange(len(points)), neighbors)[1]
     out = np.empty_like(normals)
     _kernels_local_fits.fit_sides(np.ascontiguousarray(points), near, normals, SAME_SIDE, out)
     return out
 
 
-def _fit(tree: cKDTree, places: Array, count: int) -> Planes:
-    distance, near = scan_lines.neighbors(tree, places, count)
-    normals, variance, projected = fitted(tree.data, near)
+def _fit(even: Even, places: Indices, count: int) -> Planes:
+    distance, near = even.near(places, count)
+    normals, variance, projected = fitted(even.points, near)
     noise = float(np.sqrt(np.median(variance)))
     return Planes(normals, projected, spacing_within(distance[:, -1], count), noise, count)

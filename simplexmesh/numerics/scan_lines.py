@@ -1,60 +1,116 @@
-"""Neighbors across the lines of a scanner: where points are dense along lines, the nearest are all on one line."""
+"""Points as dense along the lines of a scanner as across: of those denser along, the nearest are all on one line."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices
+from simplexmesh._base.vectors import dot
 from simplexmesh.numerics import _kernels_local_fits
 
 NARROW = 0.1
-"""Of the variance along neighbors, that across them on a line."""
+"""Of the variance along neighbors, that across them on a line; of that across, that along the normal of a surface."""
+
+COUNT = 8
+"""Neighbors that tell a line."""
 
 FARTHEST = 512
 """Rank of the farthest neighbor that is looked at."""
 
+CONFIRMED = 4
+"""Times as far, what spans a surface still does: noise about a line looks like one where it is as wide as long."""
 
-def steps(tree: cKDTree, places: Array, count: int) -> Indices:
-    """Return the least step 1, 2, 4 ... (m,) at which so many of the nearest points to places span a surface.
+ACROSS, ROUND = 0.3, 0.25
+"""Cosine between the planes of neighbors near and far, below which the near ones are a line and its noise, and share of
+the variance across far ones that is along their normal, at most: both sides of a wall are rounder."""
 
-    It is 0 where none does: nothing is beside the line. More than an eighth of a bent curve is no line.
+EVERY, PLACES = 16, (2000, 20_000)
+"""Point that is looked at, one in so many, and how many are at least and at most."""
+
+AGREEING = 15
+"""Places next to each other whose median step is taken."""
+
+
+class Even(NamedTuple):
+    """Those of some points that are as dense along lines as across."""
+
+    points: Array  # (n, 3) all
+    rows: Indices  # (m,) of those
+    tree: cKDTree  # of those
+
+    def near(self, places: Indices, count: int) -> tuple[Array, Indices]:
+        """Return distances and rows (k, count) of some points: each itself, and the nearest of those that are even."""
+        count = min(count, len(self.rows))
+        distance, found = self.tree.query(self.points[places], k=[*range(1, count + 1)], workers=-1)
+        near = self.rows[found]
+        itself = near == places[:, None]
+        new = np.flatnonzero(~itself[:, 0])
+        itself[~itself.any(axis=1), -1] = True  # instead of the farthest
+        others = near[new][~itself[new]].reshape(len(new), count - 1)
+        apart = distance[new][~itself[new]].reshape(len(new), count - 1)
+        near[new] = np.column_stack([places[new], others])
+        distance[new] = np.column_stack([np.zeros(len(new)), apart])
+        return distance, near
+
+
+def even(tree: cKDTree) -> Even:
+    """Return the points of a tree of which as many are left as are as dense along lines as across."""
+    points = np.asarray(tree.data)
+    rows = thinned(points, steps(tree))
+    return Even(points, rows, tree if len(rows) == len(points) else cKDTree(points[rows]))
+
+
+def thinned(points: Array, step: Indices) -> Indices:
+    """Return the rows of one in `step` (n,) points, spread evenly: in the order in which space is halved."""
+    if (step <= 1).all():
+        return np.arange(len(points))
+    order = cKDTree(points, leafsize=1).indices
+    share = 1 / np.maximum(step[order], 1)
+    total = np.cumsum(share)  # exact, as steps are powers of two
+    return np.sort(order[np.floor(total) > np.floor(total - share)])
+
+
+def steps(tree: cKDTree) -> Indices:
+    """Return the step 1, 2, 4 ... (n,) at which the points nearest to each span a surface; 0 where none does.
+
+    There nothing is beside the line. More than an eighth of a bent curve is no line. Places tell their surroundings.
     """
-    out = np.empty(len(places), np.int64)
-    for step, rows, *_ in _spanning(tree, places, count):
-        out[rows] = step
-    return out
+    points = np.asarray(tree.data)
+    places = points[:: max(1, min(EVERY, tree.n // PLACES[0]), -(-tree.n // PLACES[1]))]
+    found, some = _steps(tree, places), cKDTree(places)
+    near = some.query(places, k=[*range(1, min(AGREEING, len(places)) + 1)], workers=-1)[1]
+    agreed = np.median(found[near], axis=1).astype(np.int64)
+    if (agreed == agreed[0]).all():
+        return np.full(tree.n, agreed[0])
+    return agreed[some.query(points, workers=-1)[1]]
 
 
-def neighbors(tree: cKDTree, places: Array, count: int) -> tuple[Array, Indices]:
-    """Return distances and indices (m, count) of points near places, the nearest first, at steps that span a surface.
-
-    They are the nearest themselves where no step does.
-    """
-    distance, near = np.empty((len(places), count)), np.empty((len(places), count), np.int64)
-    for _, rows, *found in _spanning(tree, places, count):
-        distance[rows], near[rows] = found
-    return distance, near
-
-
-def _spanning(tree: cKDTree, places: Array, count: int) -> Iterator[tuple[int, Indices, Array, Indices]]:
-    """Yield each step with the places where it is the least to span a surface, the distances and the neighbors."""
-    narrow, step = np.arange(len(places)), 1
-    first = found = _ranked(tree, places, count, step)
-    while True:
-        widths = np.empty(len(narrow))
-        _kernels_local_fits.fill_widths(tree.data, found[1], widths)
-        wide = widths > NARROW
-        yield step, narrow[wide], found[0][wide], found[1][wide]
-        narrow, step = narrow[~wide], 2 * step
-        if not len(narrow) or step * count > min(FARTHEST, tree.n // 8):
-            break
-        found = _ranked(tree, places[narrow], count, step)
-    yield 0, narrow, first[0][narrow], first[1][narrow]
+def _steps(tree: cKDTree, places: Array) -> Indices:
+    """Return the least step (m,) from which on neighbors of places span one surface, or the first that seems to."""
+    on_line, first, since = np.zeros(len(places), bool), *np.zeros((2, len(places)), np.int64)
+    normals = np.zeros_like(places)
+    left, step, farthest = np.arange(len(places)), 1, max(1, min(FARTHEST, tree.n // 8) // COUNT)
+    while len(left) and step <= farthest:
+        moments, normal = _planes(tree, places[left], step)
+        thick, across, along = moments.T
+        narrow, flat = across <= NARROW * along, thick <= NARROW * across
+        turned = (thick <= ROUND * across) & (since[left] > 0) & (np.abs(dot(normal, normals[left])) < ACROSS)
+        on_line[left] |= narrow | turned
+        since[left[narrow | turned]] = 0
+        new = ~narrow & (on_line[left] | flat) & (since[left] == 0)
+        since[left[new]], normals[left[new]] = step, normal[new]
+        first = np.where(first > 0, first, since)
+        left = left[(since[left] == 0) | (step < CONFIRMED * since[left])]
+        step *= 2
+    return np.where(on_line, np.where(since > 0, since, first), 1)
 
 
-def _ranked(tree: cKDTree, places: Array, count: int, step: int) -> tuple[Array, Indices]:
-    distance, near = tree.query(places, k=1 + step * np.arange(count), workers=-1)
-    return distance, near
+def _planes(tree: cKDTree, places: Array, step: int) -> tuple[Array, Array]:
+    """Return the mean squares (m, 3) along the principal axes of neighbors, ascending, and the first axes (m, 3)."""
+    moments, normals = np.empty((len(places), 3)), np.empty((len(places), 3))
+    near = tree.query(places, k=np.minimum(1 + step * np.arange(COUNT), tree.n), workers=-1)[1]
+    _kernels_local_fits.fill_moments(tree.data, near, moments, normals)
+    return moments, normals

@@ -19,6 +19,7 @@ from simplexmesh._base.vectors import norm
 from simplexmesh.data.foreign import converted
 from simplexmesh.data.points import PointCloud, cloud_of_rows
 from simplexmesh.data.triangles import TriangleMesh
+from simplexmesh.numerics import scan_lines
 from simplexmesh.surface import _kernels_neighborhoods as kernels
 from simplexmesh.surface.neighborhoods import Ball, Nearest, Neighborhood, Neighborhoods, Rings
 
@@ -55,7 +56,8 @@ class SampledSurface:
         if self.links is not None:
             return self.links
         if self.faces is None:
-            return self.around(Nearest(min(CLOUD_NEIGHBORS, len(self.points) - 1)))
+            near = scan_lines.even(self.tree).near(np.arange(n := len(self.points)), min(CLOUD_NEIGHBORS + 1, n))[1]
+            return _without_centers(np.arange(n), near)
         offsets, members, closed = kernels.ordered_rings(*self.wedges)
         return Neighborhoods(np.arange(len(self.points)), offsets, members, closed)
 

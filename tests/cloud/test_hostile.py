@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 import simplexmesh as sm
-from simplexmesh.cloud.extraction.working import BESIDE, ON_SURFACE
+from simplexmesh.cloud.extraction.working import ON_SURFACE
 from simplexmesh.numerics.scan_lines import steps
 
 
@@ -109,7 +109,7 @@ def test_lines_of_a_scanner_are_a_surface(count, lines, gap):
     along, across = np.meshgrid(np.arange(count), gap * np.arange(lines))
     points = np.stack([along.ravel(), across.ravel(), 0 * along.ravel()], axis=1)
     points = points + 0.05 * np.random.default_rng(0).normal(size=points.shape)
-    assert (steps(cKDTree(points), points, BESIDE) > 0).mean() > ON_SURFACE
+    assert (steps(cKDTree(points)) > 0).mean() > ON_SURFACE
 
 
 @pytest.mark.parametrize("noise", [0, 0.2])
@@ -120,7 +120,7 @@ def test_pipes_two_points_wide_are_a_surface(radius, count, noise):
     turn, along = rng.uniform([0, 0], [2 * np.pi, count / (2 * np.pi * radius)], (count, 2)).T
     round_ = radius + noise * rng.normal(size=count)
     points = np.stack([round_ * np.cos(turn), round_ * np.sin(turn), along], axis=1)
-    assert (steps(cKDTree(points), points, BESIDE) > 0).mean() > ON_SURFACE
+    assert (steps(cKDTree(points)) > 0).mean() > ON_SURFACE
 
 
 def test_wires_over_a_floor_are_no_curve():
@@ -128,7 +128,7 @@ def test_wires_over_a_floor_are_no_curve():
     floor = np.column_stack([rng.uniform(0, 10, (1800, 2)), 0.002 * rng.normal(size=1800)])
     wires = np.column_stack([rng.uniform(0, 10, 4200), 2.0 * rng.integers(0, 4, 4200), np.full(4200, 3.0)])
     points = np.concatenate([floor, wires + 0.002 * rng.normal(size=(4200, 3))])
-    assert (steps(cKDTree(points), points, BESIDE) > 0).mean() > ON_SURFACE
+    assert (steps(cKDTree(points)) > 0).mean() > ON_SURFACE
 
 
 @pytest.mark.parametrize("find", [sm.extract_primitives, sm.extract_pipes, lambda at: sm.follow_pipe(at, (1, 0, 3))])

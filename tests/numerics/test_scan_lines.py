@@ -1,4 +1,4 @@
-"""Neighbors of points that are dense along lines: the least step at which they span a surface."""
+"""Points that are dense along lines: how many are left of them, so that they are as dense along as across."""
 
 from __future__ import annotations
 
@@ -7,50 +7,79 @@ import pytest
 from scipy.spatial import cKDTree
 
 from simplexmesh.numerics.plane_fits import planes
-from simplexmesh.numerics.scan_lines import NARROW, neighbors, steps
+from simplexmesh.numerics.scan_lines import even, steps
 
 
-def lines(gap, noise=0.0):
-    """Points one apart on 30 lines."""
-    x, y = (each.ravel() for each in np.meshgrid(np.arange(400.0), gap * np.arange(30)))
+def lines(gap, noise=0.0, *, up=False):
+    """12,000 points one apart on lines, in random order; `up` has noise along the normal only, as scanners do."""
+    count = max(12, round((12000 / gap) ** 0.5))
+    x, y = (each.ravel() for each in np.meshgrid(np.arange(12000.0 // count), gap * np.arange(count)))
     points = np.stack([x, y, 0 * x], axis=1)
-    return points + noise * np.random.default_rng(0).normal(size=points.shape)
+    rng = np.random.default_rng(0)
+    return rng.permutation(points + noise * rng.normal(size=points.shape) * ([0, 0, 1] if up else [1, 1, 1]))
 
 
-def width(points):
-    across, along = np.linalg.eigvalsh(np.cov(points.T))[1:]
-    return across / along
+@pytest.mark.parametrize("noise", [0, 0.2, 1])
+@pytest.mark.parametrize("gap", [1, 2])
+def test_points_hardly_on_lines_are_left_as_they_are(gap, noise):
+    assert (steps(cKDTree(lines(gap, noise))) == 1).all()
 
 
-@pytest.mark.parametrize("gap", [1, 3, 10, 25])
-def test_the_least_step_that_spans_a_surface_is_taken(gap):
-    points = lines(gap, 0.05)
-    tree, places = cKDTree(points), points[::371]
-    found, near = steps(tree, places, 16), neighbors(tree, places, 16)[1]
-    assert (found > 0).all()
-    assert (np.median(found) > 1) == (gap > 5)  # wider ones leave sixteen neighbors on a line
-    ranked = tree.query(places, k=512)[1]
-    for row, step in enumerate(found):
-        np.testing.assert_array_equal(near[row], ranked[row, : 16 * step : step])
-        assert width(points[near[row]]) > NARROW
-        assert step == 1 or width(points[ranked[row, : 8 * step : step // 2]]) <= NARROW
+@pytest.mark.parametrize("up", [False, True])
+@pytest.mark.parametrize(("gap", "noise"), [(5, 0), (10, 0.2), (10, 0.5), (25, 0.2), (25, 2), (50, 0), (50, 2)])
+def test_points_are_left_as_far_apart_along_lines_as_across(gap, noise, up):
+    left = 1 / steps(cKDTree(lines(gap, noise, up=up)))
+    assert 1 < gap * np.median(left) < 5
 
 
-def test_a_wire_keeps_its_nearest():
+def test_near_noise_that_looks_like_a_surface_is_seen_from_afar():
+    points = lines(10, 2, up=True)  # the nearest are in a plane across the lines
+    assert np.median(steps(cKDTree(points))) == 4
+    assert np.median(np.abs(planes(points).normals[:, 2])) > 0.9
+
+
+def test_a_wire_has_nothing_beside_it_and_keeps_its_points():
     wire = np.arange(3000.0)[:, None] * [1, 2, 3]
-    tree = cKDTree(wire)
-    assert not steps(tree, wire[::100], 8).any()
-    distance, near = neighbors(tree, wire[::100], 8)
-    expected = tree.query(wire[::100], k=8)
-    np.testing.assert_array_equal(near, expected[1])
-    np.testing.assert_array_equal(distance, expected[0])
+    assert not steps(cKDTree(wire)).any()
+    assert len(even(cKDTree(wire)).rows) == 3000
 
 
-def test_fewer_points_than_an_eighth_asks_for_are_taken_as_they_are():
-    corners = np.random.default_rng(0).normal(size=(5, 3)) * [1, 1e-3, 1e-3]
-    np.testing.assert_array_equal(np.sort(neighbors(cKDTree(corners), corners, 5)[1], axis=1), [[0, 1, 2, 3, 4]] * 5)
+def test_two_lines_beside_each_other_are_a_strip():
+    strip = np.stack([np.arange(1000) // 2, np.arange(1000) % 2, np.zeros(1000)], axis=1)
+    assert (steps(cKDTree(strip)) == 1).all()
+
+
+def test_places_have_steps_of_their_own():
+    dense = lines(10) - [0, 1000, 0]
+    found = steps(cKDTree(np.concatenate([lines(1), dense])))
+    assert (found[:12000] == 1).mean() > 0.98
+    assert (found[12000:] == 4).mean() > 0.98
+
+
+@pytest.mark.parametrize("gap", [1, 25])
+def test_each_point_is_the_first_of_its_neighbors_and_the_others_are_even(gap):
+    points = lines(gap)
+    points[7] = points[8]
+    found = even(cKDTree(points))
+    places = np.arange(len(points))
+    distance, near = found.near(places, 9)
+    np.testing.assert_array_equal(near[:, 0], places)
+    assert np.isin(near[:, 1:], found.rows).all()
+    assert (np.diff(np.sort(near, axis=1), axis=1) > 0).all()
+    np.testing.assert_allclose(distance, np.linalg.norm(points[near] - points[:, None], axis=2))
+    for place in places[::97]:
+        others = points[found.rows[found.rows != place]]
+        expected = np.sort(np.linalg.norm(others - points[place], axis=1))[:8]
+        np.testing.assert_allclose(distance[place, 1:], expected)
+
+
+@pytest.mark.parametrize("count", [1, 2, 5, 30])
+def test_few_points_are_taken_as_they_are(count):
+    corners = np.random.default_rng(0).normal(size=(count, 3))
+    _, near = even(cKDTree(corners)).near(np.arange(count), 40)
+    np.testing.assert_array_equal(np.sort(near, axis=1), [np.arange(count)] * count)
 
 
 @pytest.mark.parametrize("gap", [1, 10, 25])
 def test_planes_of_lines_of_a_scanner_face_up(gap):
-    assert np.abs(planes(lines(gap, 0.2)).normals[:, 2]).min() > 0.9
+    assert np.abs(planes(lines(gap, 0.2)).normals[:, 2]).min() > 0.8

@@ -407,3 +407,16 @@ def test_one_thread_and_all_agree(method):
     few = np.arange(500)
     whole, some = sm.vertex_normals(mesh, method), sm.vertex_normals(mesh, method, at=few)
     assert_allclose(whole[:500], some, rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize("along_the_beam", [False, True])
+@pytest.mark.parametrize(("ratio", "noise"), [(5, 0.2), (10, 0.2), (50, 0.2), (50, 2)])
+def test_clouds_on_lines_of_a_scanner_have_normals_and_curvatures(ratio, noise, along_the_beam):
+    count = round((10_000 / ratio) ** 0.5)
+    turn, height = np.meshgrid(np.linspace(0, 3, 10_000 // count), np.linspace(0.6, 2.4, count))
+    ball = np.column_stack([(f(turn) * np.sin(height)).ravel() for f in (np.cos, np.sin)] + [np.cos(height).ravel()])
+    deviation = noise * 3 * count / 10_000 * np.random.default_rng(0).normal(size=ball.shape)
+    points = ball + (deviation[:, :1] * ball if along_the_beam else deviation)
+    off = np.degrees(np.arccos(np.abs((sm.vertex_normals(points) * ball).sum(axis=1)).clip(0, 1)))
+    assert np.median(off) < 1.5
+    assert np.median(np.abs(np.abs(sm.curvature(points).mean) - 1)) < 0.25

@@ -32,9 +32,6 @@ EXACT, EXACT_PLACES = 0.1, 0.25
 FLOOR = 1e-2
 """Least noise in distances between points: what is below is the bend of the surface between them."""
 
-BESIDE = 8
-"""Neighbors that tell whether others are beside a line."""
-
 ON_SURFACE = 0.03
 """Share of the points that have others beside their line, at least."""
 
@@ -67,10 +64,10 @@ def working(points: Array, noise: float | None, rng: np.random.Generator) -> Wor
     """Return what is looked at of points of unit size."""
     if len(points) > MOST:
         points = points[np.sort(rng.choice(len(points), MOST, replace=False))]
-    steps = scan_lines.steps(cKDTree(points), points, BESIDE)
+    steps = scan_lines.steps(cKDTree(points))
     if (steps > 0).mean() < ON_SURFACE:
         raise ValueError("cloud must be of surfaces, but its points are on a curve")
-    points = points[rng.random(len(points)) * steps < 1]  # as dense along lines as across
+    points = points[scan_lines.thinned(points, steps)]
     tree = cKDTree(points)
     count = min(NEIGHBORS, len(points))
     distance, near = tree.query(points, k=count, workers=-1)

@@ -25,6 +25,7 @@ from simplexmesh.cloud.pipes.tracing.segmenting import segmented
 from simplexmesh.cloud.pipes.tracing.start import Beginning, beginning
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import JUMP, Track
+from simplexmesh.numerics import scan_lines
 
 MOST_CHANGES = 10
 """Of the radius towards one end of a line."""
@@ -80,7 +81,8 @@ def follow_pipe(
     origin = data.bounds.mean(axis=0)
     points = data.points - origin
     tree = cKDTree(points, balanced_tree=False, compact_nodes=False)
-    line = line_of(tree, origin, *followed(beginning(tree, place - origin, limits, reach)))
+    start = beginning(scan_lines.even(tree).tree, place - origin, limits, reach)
+    line = line_of(tree, origin, *followed(start))
     return replace(with_stops(line, tree, origin), unit=data.unit)
 
 

@@ -30,6 +30,8 @@ from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import JUMP
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.primitives import Cylinder
+from simplexmesh.numerics import scan_lines
+from simplexmesh.numerics.scan_lines import Even
 
 PRIMITIVES = 0.6
 """Part of the progress that finding primitives takes."""
@@ -177,8 +179,9 @@ def _plant(
     origin = data.bounds.mean(axis=0)
     tree = cKDTree(data.points[kept] - origin, balanced_tree=False, compact_nodes=False)
     taken = np.zeros(len(kept), bool)
-    in_cylinders = _in_cylinders(scene, kept, tree, origin, limits, gap, taken)
-    starts = chained(in_cylinders, _picked(tree, limits, gap, taken, scene.labels[kept] >= 0, scene.noise, rng))
+    even = scan_lines.even(tree)
+    in_cylinders = _in_cylinders(scene, scene.labels[kept], even, origin, limits, gap, taken)
+    starts = chained(in_cylinders, _picked(even, limits, gap, taken, scene.labels[kept] >= 0, scene.noise, rng))
     lines, tees = with_tees(_lines(tree, origin, starts, taken, report), tree, origin)
     whole = cKDTree(data.points - origin, balanced_tree=False, compact_nodes=False)
     for k, line in enumerate(lines):
@@ -190,18 +193,17 @@ def _plant(
 
 
 def _in_cylinders(
-    scene: Extraction, kept: Indices, tree: cKDTree, origin: Array, limits: tuple[float, float], gap: float, taken: Mask
+    scene: Extraction, labels: Indices, even: Even, origin: Array, limits: tuple[float, float], gap: float, taken: Mask
 ) -> Iterator[Beginning]:
     """Yield beginnings in the middle of the cylinders of a scene, but for those whose points are taken.
 
     Runs come before their branches, which are followed on what is not taken: they would turn into runs as wide as they.
     """
-    labels = scene.labels[kept]
     found = [(k, each) for k, each in enumerate(scene.primitives) if isinstance(each, Cylinder)]
     for k, each in sorted(found, key=lambda pair: any(_leaves(pair[1], run) for _, run in found)):
         if taken[labels == k].mean() <= 0.5 and _is_wanted(each.radius, limits):
             radius, given = float(np.clip(each.radius, *limits)), limits[0] == limits[1]
-            points = np.asarray(tree.data)[~taken]
+            points = even.points[even.rows[~taken[even.rows]]]
             around = Surroundings(points, radius, radius_is_given=given, noise=scene.noise)
             yield Beginning(around, _ends(each).mean(axis=0) - origin, each.axis, gap)
 
@@ -220,7 +222,7 @@ def _leaves(branch: Cylinder, run: Cylinder) -> bool:
 
 
 def _picked(
-    tree: cKDTree,
+    even: Even,
     limits: tuple[float, float],
     gap: float,
     taken: Mask,
@@ -230,15 +232,15 @@ def _picked(
 ) -> Iterator[Beginning]:
     """Yield beginnings at likely points that are not taken, nor explained by primitives, until many lead to none."""
     taken |= explained
-    points, failures, found = np.asarray(tree.data), 0, 0
-    for pick in likely_picks(points, rng):
+    failures, found = 0, 0
+    for pick in even.rows[likely_picks(even.points[even.rows], rng)]:
         if taken[pick]:
             continue
         failures, found = (failures + 1, found) if taken.sum() == found else (1, int(taken.sum()))
         if failures > FAILURES:
             return
         with suppress(ValueError, np.linalg.LinAlgError):
-            yield beginning(tree, points[pick], limits, gap, noise)
+            yield beginning(even.tree, even.points[pick], limits, gap, noise)
 
 
 def _lines(tree: cKDTree, origin: Array, starts: Iterable[Beginning], taken: Mask, report: Progress) -> list[PipeLine]:

@@ -191,3 +191,19 @@ def test_lines_stand_out_of_what_is_beside_them():
     assert not is_peaked(np.concatenate([pipe, clutter]), 0.01)
     for deviation in (0.01, 0.06, 0.1):
         assert not is_peaked(clutter, deviation)
+
+
+@pytest.mark.parametrize("around", [False, True])
+def test_lines_of_a_scanner_far_apart_are_followed(around):
+    chain = chain_of([[0, 0, 0], [12, 0, 0], [12, 12.0, 0]], [3.0], 1.0)
+    along, turns = (0.52, 0.02) if around else (0.02, 0.52)  # radii between points
+    stations, turn = (
+        each.ravel() for each in np.meshgrid(np.arange(0, chain.stations[-1], along), np.arange(-1.8, 1.8, turns))
+    )
+    axis, direction = chain.at(stations)
+    out = np.cos(turn)[:, None] * [0, 0, 1.0] + np.sin(turn)[:, None] * np.cross(direction, [0, 0, 1.0])
+    points = axis + (1 + 0.01 * np.random.default_rng(0).normal(size=len(axis)))[:, None] * out
+    for line in (sm.follow_pipe(points, [5, 0, 1]), *sm.extract_pipes(points).lines):
+        assert [element.kind for element in line.elements] == ["straight", "bend", "straight"]
+        assert_allclose([element.radius for element in line.elements], 1, rtol=0.01)
+        assert (line.labels >= 0).mean() > 0.95

@@ -17,6 +17,8 @@ CELLS = 8
 NEIGHBORS = 32
 """Of a plane fit: as many cells as half a radius around a point has on a flat surface."""
 
+AT_LEAST = 12
+"""... and those, farther away too: lines of a scanner may be as far apart."""
 
 NOISY, UNEVEN = 4.0, 0.01
 """Noises of the cloud, and radii: points of a pipe do not deviate more. Dents and shifts of stations are less, and what
@@ -68,8 +70,8 @@ class Surroundings:
         new = at[~self._known[at]]
         if len(new):
             count = min(NEIGHBORS, len(self.points))
-            near = self.tree.query(self.points[new], k=[*range(1, count + 1)], distance_upper_bound=self.radius / 2)[1]
-            found = (near < len(self.points)).sum(axis=1)
+            distance, near = self.tree.query(self.points[new], k=[*range(1, count + 1)])
+            found = np.maximum((distance < self.radius / 2).sum(axis=1), min(AT_LEAST, count))
             near = np.take_along_axis(near, np.arange(count) % found[:, None], axis=1)  # those found, again and again
             self._normals[new], self._known[new] = fitted(self.points, near)[0], True
         return self._normals[at]
