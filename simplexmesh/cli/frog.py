@@ -116,6 +116,7 @@ def numbers(out: Mapping[str, Any]) -> dict[str, Any]:
     again = out["again"]
     truth, diagonal = out["truth"], float(np.linalg.norm(np.ptp(out["organs"][out["scanned"]].mesh.bounds, axis=0)))
     return {
+        "unit": "width of a voxel in the slice",
         "organs": organs,
         "scan": {
             "of": out["scanned"],

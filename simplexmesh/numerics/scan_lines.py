@@ -79,7 +79,9 @@ def steps(tree: cKDTree) -> Indices:
     There nothing is beside the line. More than an eighth of a bent curve is no line. Places tell their surroundings.
     """
     points = np.asarray(tree.data)
-    places = points[:: max(1, min(EVERY, tree.n // PLACES[0]), -(-tree.n // PLACES[1]))]
+    if (tree.maxes == tree.mins).all():  # a leaf of all, in which each search takes them one by one
+        return np.zeros(tree.n, np.int64)
+    places = points[tree.indices[:: max(1, min(EVERY, tree.n // PLACES[0]), -(-tree.n // PLACES[1]))]]
     found, some = _steps(tree, places), cKDTree(places)
     near = some.query(places, k=[*range(1, min(AGREEING, len(places)) + 1)], workers=-1)[1]
     agreed = np.median(found[near], axis=1).astype(np.int64)

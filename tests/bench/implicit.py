@@ -56,10 +56,6 @@ def ellipsoid(axes):
     return quadric(np.diag(1 / np.asarray(axes) ** 2), 1.0)
 
 
-def cone(radius, height):
-    return quadric(np.diag([1.0, 1.0, -((radius / height) ** 2)]), 0.0, (0.0, 0.0, height))
-
-
 def torus(radius, tube):
     """(x^2 + y^2 + z^2 + R^2 - r^2)^2 = 4 R^2 (x^2 + y^2)."""
     flat = np.diag([1.0, 1.0, 0.0])

@@ -148,7 +148,6 @@ CLOSED = {
     "cylinder": (partial(closed.cylinder, radius=2.0), implicit.cylinder(2.0), (-3, 3)),
     "torus": (partial(closed.torus, radius=4.0, tube=2.0), implicit.torus(4.0, 2.0), (-3, 3)),
     "ellipsoid": (partial(closed.ellipsoid, axes=(3.0, 2.0, 1.0)), implicit.ellipsoid((3.0, 2.0, 1.0)), (-1.4, 1.4)),
-    "cone": (partial(closed.cone, radius=2.0, height=3.0), implicit.cone(2.0, 3.0), (0, 0.9)),
 }
 
 

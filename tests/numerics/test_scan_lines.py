@@ -83,3 +83,10 @@ def test_few_points_are_taken_as_they_are(count):
 @pytest.mark.parametrize("gap", [1, 10, 25])
 def test_planes_of_lines_of_a_scanner_face_up(gap):
     assert np.abs(planes(lines(gap, 0.2)).normals[:, 2]).min() > 0.8
+
+
+def test_points_that_beams_take_in_turn_are_as_those_of_one_beam_after_the_other():
+    x, y = np.meshgrid(np.arange(2000.0), 20 * np.append(-20, np.arange(15)))  # the first apart
+    points, at = np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=1), np.arange(x.size).reshape(x.shape)
+    one_by_one, in_turn = (steps(cKDTree(points[rows.ravel()])) for rows in (at, at.T))
+    assert (in_turn == one_by_one[at.T.ravel()]).mean() > 0.9

@@ -1,4 +1,4 @@
-"""Sphere, cylinder, torus, cone and ellipsoid: points and exact values at two parameters, in closed form."""
+"""Sphere, cylinder, torus and ellipsoid: points and exact values at two parameters, in closed form."""
 
 from __future__ import annotations
 
@@ -29,12 +29,6 @@ def torus(around_axis: ArrayLike, around_tube: ArrayLike, radius: float = 1.0, t
     checks.number("radius", radius, checks.number("tube", tube, 0.0, open_low=True), open_low=True)
     u, v = paired(around_axis, around_tube)
     return _revolved(u, radius + tube * np.cos(v), tube * np.sin(v), v, 1 / tube)
-
-
-def cone(angle: ArrayLike, share: ArrayLike, radius: float = 1.0, height: float = 1.0) -> Surface:
-    """Return points at a share of the height, below 1, of a cone on a circle at z = 0, and their exact values."""
-    u, t = paired(angle, share)
-    return _revolved(u, radius * (1 - t), height * t, np.full(len(t), np.arctan2(radius, height)), 0.0)
 
 
 def _revolved(u: Array, away: Array, height: Array, tilt: Array, bending: float) -> Surface:

@@ -9,7 +9,6 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Indices, Mask
 from simplexmesh._base.progress import Progress, _silent
-from simplexmesh._base.vectors import norm
 from simplexmesh.cloud.extraction.growth import ASLANT, SETTLED, Grown, deviation, fits, grown, grown_once
 from simplexmesh.cloud.extraction.patches import DOUBLINGS, LEAST, Limits, patch
 from simplexmesh.cloud.extraction.working import Working
@@ -27,9 +26,6 @@ MOST_SEEDS = 200
 
 TRIED = 3
 """Best candidates that grow in full."""
-
-LUMP = 0.05
-"""Noise in the size of a primitive's points, above which they are a lump: waves of depth cameras were planes."""
 
 TOGETHER = 0.5
 """Share of the neighbors of a primitive's points that are on it too: of points that are by chance few are."""
@@ -100,8 +96,6 @@ def piece_of(work: Working, found: Grown, alive: Mask, limits: Limits, rng: np.r
 def gathers(work: Working, found: Grown, alive: Mask) -> bool:
     """Return whether points gather about a primitive, as those of a volume do not."""
     uneven = found.noise > work.noise
-    if found.noise > LUMP * float(norm(np.ptp(work.points[found.members], axis=0))):
-        return False
     if uneven and deviation(work, found.primitive, found.members) > SETTLED * found.noise:
         return False
     if uneven and np.median(work.rough[found.members]) > found.noise:  # a bent surface is smooth all the same

@@ -19,7 +19,7 @@ from simplexmesh.mesh.paths import refusal_of_path
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 TOO_LARGE = 1 << 20
-"""Vertices: a face of so many gains none by T7."""
+"""Added to the sizes of holes that T7 must not enlarge, while it evens others: the larger of two gains no vertex."""
 
 
 def edge_fractions(at: ArrayLike, count: int) -> Array:
@@ -216,11 +216,12 @@ class EditableMesh(EditableDarts):
         self._darts.used[2] = 0
         self._seams.clear()
         sizes, holes = self._darts.face_size, self._darts.face_hole
-        labels, holes[outside] = holes[outside], True  # holes keep their edges, and gain none if they are that large
-        sizes[outside] += TOO_LARGE
+        were_holes = holes[outside]
+        holes[outside] = True  # which give no edges away,
+        sizes[outside] += TOO_LARGE  # and take none
         swaps = int(_kernels_batch.even_out(self._darts, limit))
         sizes[outside] -= TOO_LARGE
-        holes[outside] = labels
+        holes[outside] = were_holes
         return swaps
 
     # ---- the log and the result

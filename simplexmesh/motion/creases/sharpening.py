@@ -42,6 +42,9 @@ DOUBTED = -2.0
 MOST = 0.5
 """Share of the length of all lines in a volume that must look like creases; of creases that a model must have."""
 
+BETWEEN = 1.5
+"""Of the distance between random points: no place of their surface in a thousand is farther from all of them."""
+
 ASTRIDE = 2.0
 """In standard deviations of the noise: points nearer to a crease may belong to either side."""
 
@@ -137,6 +140,11 @@ class Scene:
         return mean_edge(self.mesh)
 
     @cached_property
+    def limit(self) -> float:
+        """How much farther from the points a vertex may come to lie: an edge, or what they leave between them."""
+        return max(self.edge, BETWEEN * float(np.sqrt(self.mesh.area / len(self.points))))
+
+    @cached_property
     def before(self) -> tuple[Array, Array]:
         """The distances of the points from the mesh, and of its vertices from the points."""
         return self.away(self.mesh)
@@ -154,7 +162,7 @@ class Scene:
     def failed(self, mesh: SimplexMesh) -> Mask:
         """Return the vertices (n,) of a mesh that are tangled, or farther from the data than before by an edge."""
         points, vertices = self.away(mesh)
-        out = tangled_vertices(mesh) | (vertices > self.before[1] + self.edge)
+        out = tangled_vertices(mesh) | (vertices > self.before[1] + self.limit)
         lost = self.points[points > self.before[0] + self.edge]
         out[cKDTree(mesh.vertices).query(lost)[1]] = True
         return out
@@ -178,7 +186,7 @@ def _laid(scene: Scene) -> Sharpened | None:
         return None
     if (share := _length(found.creases()) / _length(scene.lines)) < MOST:
         if scene.edge < scene.resolution:  # then faces are small enough for what is sharp
-            warn(f"the model stays smooth: {1 - share:.0%} of what looks like sharp edges is farther from the data")
+            warn(f"the model stays smooth: {1 - share:.0%} of what looks like sharp edges folds it or leaves the data")
             return None
         warn(f"only {share:.0%} of the sharp edges of the data are in the model: with others its faces would fold")
     return found

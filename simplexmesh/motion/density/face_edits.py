@@ -96,7 +96,7 @@ def torn_faces(mesh: SimplexMesh, target: Target, reach: float) -> Mask:
     Such are those where two sides of it meet: smaller ones follow now one, now the other, and pile up.
     """
     c = mesh.connectivity
-    if not hasattr(target, "resolution"):
+    if getattr(target, "resolution", None) is None:
         return np.zeros(len(c.face_sizes), bool)
     loops, starts = (c.face_vertices, c.face_offsets), c.face_offsets[:-1]
     gaps = target_gaps(target, mesh.vertices, mesh.normals, reach)[c.face_vertices]

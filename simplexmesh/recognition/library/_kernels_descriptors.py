@@ -54,6 +54,35 @@ def pair_histogram(points, normals, longest, pairs):
             pairs[a, b] += 1.0
 
 
+@njit(cache=True, error_model="numpy", parallel=True, fastmath=FAST)
+def nearest(rows, squares, starts, queries, out):
+    """Fill `out[m, k]` with the minimum of ``squares[i] - 2 rows[i] @ queries[:, k]`` over the rows i of group m.
+
+    Group m is ``starts[m] : starts[m + 1]``. The innermost loops run along k, with eight products at a time.
+    """
+    eights = queries.shape[0] // 8 * 8
+    for m in prange(len(starts) - 1):
+        product = np.empty(queries.shape[1], np.float32)
+        for i in range(starts[m], starts[m + 1]):
+            product[:] = np.float32(0.0)
+            for d in range(0, eights, 8):
+                a, b, c, e = rows[i, d], rows[i, d + 1], rows[i, d + 2], rows[i, d + 3]
+                f, g, h, j = rows[i, d + 4], rows[i, d + 5], rows[i, d + 6], rows[i, d + 7]
+                for k in range(queries.shape[1]):
+                    product[k] += (
+                        (a * queries[d, k] + b * queries[d + 1, k]) + (c * queries[d + 2, k] + e * queries[d + 3, k])
+                    ) + (
+                        (f * queries[d + 4, k] + g * queries[d + 5, k])
+                        + (h * queries[d + 6, k] + j * queries[d + 7, k])
+                    )
+            for d in range(eights, queries.shape[0]):
+                value = rows[i, d]
+                for k in range(queries.shape[1]):
+                    product[k] += value * queries[d, k]
+            for k in range(queries.shape[1]):
+                out[m, k] = min(out[m, k], squares[i] - np.float32(2.0) * product[k])
+
+
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def two_nearest(rows, squares, queries, indices):
     """Fill `indices` (k, 2) with the rows i of the two smallest ``squares[i] - 2 rows[i] @ queries[k]``, in order."""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._base.arrays import Array, Indices
+from simplexmesh.recognition.library import _kernels_descriptors
 from simplexmesh.recognition.library.global_descriptor import DESCRIPTOR_SIZE
 from simplexmesh.recognition.library.models import Model
 from simplexmesh.recognition.library.spin_images import PIXELS
@@ -88,9 +88,8 @@ class ImageIndex:
     def nearest(self, images: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return the squared distances (m, k) of images (k, 2 PIXELS) to the nearest of each model."""
         queries = self.reduced(images)
-        out, columns = np.empty((len(self.which), len(images)), np.float32), -2 * queries.T
-        for k, (low, high) in enumerate(pairwise(self.starts)):
-            out[k] = (self.rows[low:high] @ columns + self.squares[low:high, None]).min(axis=0)
+        out = np.full((len(self.which), len(images)), np.inf, np.float32)
+        _kernels_descriptors.nearest(self.rows, self.squares, self.starts, np.ascontiguousarray(queries.T), out)
         return out + np.einsum("ij,ij->i", queries, queries)
 
     def spans(self, models: Indices) -> Indices:

@@ -79,7 +79,7 @@ def prepared(surface: Any) -> TriangleMesh:
 
 
 def network_on(surface: Any, network: FeatureNetwork | None) -> FeatureNetwork:
-    """Return a network on a surface given with it, whose data may differ, or raise if its triangles do; or find one."""
+    """Return the network given, on a surface whose data but not triangles may differ; find one if there is none."""
     if network is None:
         return feature_lines(surface)
     checks.instance("network", network, FeatureNetwork)

@@ -143,14 +143,6 @@ def test_a_pipe_is_no_planes():
     assert out.primitives[0].fit.count == pytest.approx(4000, rel=0.02)
 
 
-def test_a_bump_as_small_as_some_deviations_is_no_plane():
-    rng = np.random.default_rng(0)
-    flat = rng.uniform(0, 1, (20_000, 2))
-    height = 0.06 * np.exp(-np.square(flat - 0.5).sum(axis=1) / (2 * 0.05**2)) + 0.002 * rng.normal(size=len(flat))
-    out = sm.extract_primitives(np.column_stack([flat, height]), kinds="plane", noise=0.01)
-    assert [each.kind for each in out.primitives] == ["plane"]
-
-
 def test_duplicates_are_labeled_too(small, found):
     twice = sm.extract_primitives(np.concatenate([small.points, small.points[:100]]))
     np.testing.assert_array_equal(twice.labels[-100:], twice.labels[:100])

@@ -9,7 +9,7 @@ import pytest
 import pyvista as pv
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.sparse import coo_array
-from scipy.sparse.csgraph import dijkstra
+from scipy.sparse.csgraph import connected_components, dijkstra
 
 import simplexmesh as sm
 from simplexmesh.mesh import manifold
@@ -243,3 +243,14 @@ def test_weights_are_gaussian_in_the_mean_distance(body):
         areas = facets.areas[members[i:j]]
         width = np.average(apart, weights=areas)
         assert_allclose(found[i:j], areas * np.exp(-((apart / width) ** 2) / 2), rtol=1e-12)
+
+
+@pytest.mark.parametrize("body", BODIES)
+def test_zones_are_those_of_the_graph_of_triangles(body):
+    edges = Edges(facets_of(body))
+    chosen = np.random.default_rng(0).random(len(edges.halves)) < 0.6
+    one, two = edges.sides[~chosen].T
+    links = coo_array((np.ones(len(one)), (one, two)), (body.n_faces, body.n_faces))
+    expected = connected_components(links, directed=False)[1]
+    assert expected.max() > 3
+    assert_array_equal(edges.zones(chosen), expected)

@@ -17,8 +17,8 @@ CELLS = 8
 NEIGHBORS = 32
 """Of a plane fit: as many cells as half a radius around a point has on a flat surface."""
 
-AT_LEAST = 12
-"""... and those, farther away too: lines of a scanner may be as far apart."""
+AT_LEAST, WITHIN = 12, 0.75
+"""... and so many within so many radii, where lines of a scanner are half a radius apart."""
 
 NOISY, UNEVEN = 4.0, 0.01
 """Noises of the cloud, and radii: points of a pipe do not deviate more. Dents and shifts of stations are less, and what
@@ -71,7 +71,8 @@ class Surroundings:
         if len(new):
             count = min(NEIGHBORS, len(self.points))
             distance, near = self.tree.query(self.points[new], k=[*range(1, count + 1)])
-            found = np.maximum((distance < self.radius / 2).sum(axis=1), min(AT_LEAST, count))
+            near_by, wider = ((distance < share * self.radius).sum(axis=1) for share in (0.5, WITHIN))
+            found = np.maximum(near_by, np.minimum(wider, AT_LEAST))
             near = np.take_along_axis(near, np.arange(count) % found[:, None], axis=1)  # those found, again and again
             self._normals[new], self._known[new] = fitted(self.points, near)[0], True
         return self._normals[at]
