@@ -216,4 +216,4 @@ def test_a_model_finer_than_its_data_shows_has_the_edges_of_a_box():
 def test_a_model_with_several_times_as_many_vertices_as_points_has_the_edges_of_a_box():
     """Its vertices are farther from the nearest point than its edges are long."""
     creases = sm.reconstruct(box_points(count=1500), vertices=8000).creases
-    assert sum(line.length for line in creases) > 0.9 * 8 * HALF.sum()
+    assert sum(line.length for line in creases) > 0.85 * 8 * HALF.sum()
