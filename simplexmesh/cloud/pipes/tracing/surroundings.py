@@ -17,7 +17,7 @@ CELLS = 8
 NEIGHBORS = 32
 """Of a plane fit: as many cells as half a radius around a point has on a flat surface."""
 
-AT_LEAST, WITHIN = 12, 0.75
+AT_LEAST, WIDER = 12, 0.75
 """... and so many within so many radii, where lines of a scanner are half a radius apart."""
 
 NOISY, UNEVEN = 4.0, 0.01
@@ -70,8 +70,9 @@ class Surroundings:
         new = at[~self._known[at]]
         if len(new):
             count = min(NEIGHBORS, len(self.points))
-            distance, near = self.tree.query(self.points[new], k=[*range(1, count + 1)])
-            near_by, wider = ((distance < share * self.radius).sum(axis=1) for share in (0.5, WITHIN))
+            reach, ranks = WIDER * self.radius, [*range(1, count + 1)]
+            distance, near = self.tree.query(self.points[new], k=ranks, distance_upper_bound=reach)
+            near_by, wider = ((distance < share * self.radius).sum(axis=1) for share in (0.5, WIDER))
             found = np.maximum(near_by, np.minimum(wider, AT_LEAST))
             near = np.take_along_axis(near, np.arange(count) % found[:, None], axis=1)  # those found, again and again
             self._normals[new], self._known[new] = fitted(self.points, near)[0], True
