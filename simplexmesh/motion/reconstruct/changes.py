@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from simplexmesh._base.errors import DivergedError, warn
 from simplexmesh.mesh.check import folded_vertices, tangled_vertices
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.face_geometry import face_areas
@@ -174,18 +173,13 @@ def _with_largest_divided(mesh: SimplexMesh, budget: int) -> tuple[SimplexMesh, 
 def redistribute(run: Run) -> None:
     """Alternate merging faces of low score for divisions of high ones with motion, if wanted; then untangle.
 
-    If that fails, but succeeds on the mesh before, all is reverted: large faces intersect thin walls. So it is, with a
-    warning, where the motion diverges: a film that no data holds may.
+    If that fails, but succeeds on the mesh before, all is reverted: large faces intersect thin walls.
     """
     fine = run.stages[-2]
     if not fine.iterations or not _is_wanted(run):
         return
     before = run.mesh, run.fallback, run.topology
-    try:
-        _exchange(run, fine)
-    except DivergedError as error:
-        warn(f"the vertices stay where they were before they were redistributed: {error}")
-        run.mesh, run.fallback, run.topology = before
+    _exchange(run, fine)
     if not run.untangle(fine.reach):
         return
     after = run.mesh, run.fallback, run.topology

@@ -106,15 +106,13 @@ def reconstruct(
     ------
     ValueError, TypeError, OSError, TopologyError
         For invalid data or arguments, before any long computation.
-    DivergedError
-        When the motion diverges; with the last valid mesh.
 
     Warns
     -----
     SimplexMeshWarning
         For data that was repaired, scans in different frames or that fit nowhere, cavities that are filled, and for a
         model that misses much of the data, is far from data in a large part, strayed from it, has handles that noise
-        may have made, remains tangled, or was interrupted.
+        may have made, remains tangled, or whose motion ended early.
 
     References
     ----------

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Mask
-from simplexmesh._base.errors import TopologyError, warn
+from simplexmesh._base.errors import DivergedError, TopologyError, warn
 from simplexmesh._base.progress import Progress
 from simplexmesh._base.units import common_unit
 from simplexmesh.mesh.operators.regularize import regularize
@@ -68,6 +68,7 @@ class Run:
     tangled: int | None = None
     restored: int = 0
     strayed: int = 0
+    diverged: str = ""  # what ended a stage of the motion early
     lost: str = ""  # a message about data that the mesh strayed from
     _away: tuple[SimplexMesh, Array, Array] | None = None
 
@@ -104,7 +105,11 @@ class Run:
         return self._away[2]
 
     def move(self, *stages: Stage, until: float) -> None:
-        """Move through stages, each until it is at rest; `until` is the share of the motion done then."""
+        """Move through stages, each until it is at rest; `until` is the share of the motion done then.
+
+        A stage also ends, before the step, where a vertex would leave the start and the data: sparse points do not tell
+        everywhere where the surface is. `restore` then puts back what strayed.
+        """
         begun, total = self.done, sum(stage.iterations for stage in stages)
         before = 0
         for stage in stages:
@@ -121,6 +126,8 @@ class Run:
                     self.converged = is_at_rest(self.history[states:], edge)
                     if self.converged:
                         break
+            except DivergedError as error:
+                self.diverged = str(error)
             finally:
                 self.mesh = model.mesh
             before += stage.iterations

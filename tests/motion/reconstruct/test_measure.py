@@ -15,7 +15,7 @@ from simplexmesh.motion.reconstruct.run import MOST_POINTS, Run
 
 def run(n_holes=0, components="largest", dropped=0, lost=""):
     found, data = SimpleNamespace(components_dropped=dropped), SimpleNamespace(components=components)
-    return SimpleNamespace(mesh=SimpleNamespace(n_holes=n_holes), data=data, found=found, lost=lost)
+    return SimpleNamespace(mesh=SimpleNamespace(n_holes=n_holes), data=data, found=found, lost=lost, diverged="")
 
 
 def said(*arguments):

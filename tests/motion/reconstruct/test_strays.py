@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
+import pyvista as pv
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
@@ -197,3 +200,18 @@ def test_vertices_do_not_pile_up_on_an_acute_rim_that_noise_blurs():
     assert away.mean() < 0.001  # 0.002 when they do, 0.0005 when not
     assert (away > 0.01).mean() < 0.01  # 4 %, 0 to 0.6 %
     assert model.strayed == 0
+
+
+def test_points_too_sparse_to_tell_the_surface_everywhere_give_a_model_nearer_to_it_than_its_start():
+    box = sm.divided(pv.Box((0, 6, 0, 4, 0, 2)).triangulate().clean(), 1.0)
+    surface, ended = sm.targets.Triangles(box), 0
+    for seed in range(4):
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            model = sm.reconstruct(box.sampled(200, rng=seed).points, vertices=2000)
+        ended += any("a part of the motion ended early: vertex" in str(each.message) for each in said)
+        away, before = (np.mean(surface.closest(mesh.vertices)[0]) for mesh in (model.mesh, model.start))
+        assert away < 0.8 * before
+        assert not model.tangled
+        assert abs(model.mesh.n_vertices - 2000) <= 200
+    assert ended

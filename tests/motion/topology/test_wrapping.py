@@ -147,7 +147,7 @@ def test_a_ball_gets_no_handle():
     assert out.tangled == 0
 
 
-@pytest.mark.filterwarnings("ignore:the vertices stay where they were")
+@pytest.mark.filterwarnings("ignore:a part of the motion ended early")
 def test_a_handle_refused_by_the_user_stays_a_film():
     out = sm.reconstruct(
         torus_points(), init="sphere", vertices=700, handles=lambda proposal: False, iterations=20, creases="none"
