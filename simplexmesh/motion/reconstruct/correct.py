@@ -18,6 +18,9 @@ from simplexmesh.motion.topology.face_regions import dilated
 SIGNIFICANT = 5.0
 """Standard errors from which a mean offset counts: those of few points are uncertain, and there are many means."""
 
+SAGITTA = 0.125
+"""Of a mean edge, that of an arc of one radian: points over faces with vertices on the data are off by less."""
+
 ROUNDS = 2
 
 FEWEST = 4
@@ -35,8 +38,9 @@ def correct(run: Run) -> None:
     if run.target.noise > mean_edge(run.mesh):  # points are nearest to other vertices than those of their places
         return
     moved, neighbors = run.mesh, run.mesh.neighbors
+    points = run.points[run.away(run.points) <= run.stages[-1].reach]  # not of other pieces
     for _ in range(ROUNDS):
-        moved = moved.moved(moved.vertices + significant_offsets(moved, run.points)[:, None] * moved.normals)
+        moved = moved.moved(moved.vertices + significant_offsets(moved, points)[:, None] * moved.normals)
     before = Tangles(run.mesh)
     after = before.with_positions(moved, np.ones(len(neighbors), bool))
     if after.count:
@@ -56,7 +60,7 @@ def significant_offsets(mesh: SimplexMesh, points: Array) -> Array:
     known = np.maximum(count, FEWEST)
     mean = total / known
     error = np.sqrt(np.maximum(squares / known - mean**2, 0.0) / (known - 1))
-    chosen = (count >= FEWEST) & (np.abs(mean) > SIGNIFICANT * error)
+    chosen = (count >= FEWEST) & (np.abs(mean) > np.maximum(SIGNIFICANT * error, SAGITTA * mean_edge(mesh)))
     return np.asarray(ring @ np.where(chosen, mean, 0.0)) / 4
 
 

@@ -16,8 +16,9 @@ BALL = sm.sphere(16)
 
 
 def run(mesh, points):
-    stages = [SimpleNamespace(iterations=1)]
-    return SimpleNamespace(mesh=mesh, points=points, target=sm.targets.Points(points), stages=stages, tangled=0)
+    away = sm.targets.Triangles(mesh.triangulated()).closest(points)[0]
+    known = {"points": points, "target": sm.targets.Points(points), "away": lambda _: away}
+    return SimpleNamespace(mesh=mesh, stages=[SimpleNamespace(iterations=1, reach=0.5)], tangled=0, **known)
 
 
 def points_of(surface, noise, n=15000):
@@ -64,3 +65,12 @@ def test_noise_beyond_an_edge_tells_nothing(noise):
     before = out.mesh
     correct(out)
     assert (out.mesh is before) == (noise > mean_edge(before))
+
+
+def test_points_of_another_piece_do_not_move_a_model():
+    points = points_of(BALL.triangulated(), 0.0)
+    out, both = (run(BALL, given) for given in (points, np.vstack([points, points + np.array([2.6, 0, 0])])))
+    both.target = out.target
+    correct(out)
+    correct(both)
+    assert np.linalg.norm(out.mesh.vertices - both.mesh.vertices, axis=1).max() < 0.02
