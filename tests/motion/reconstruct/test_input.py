@@ -11,7 +11,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import simplexmesh as sm
-from simplexmesh.motion.reconstruct.conversion import joined_scans, without_stray_points
+from simplexmesh.motion.reconstruct.conversion import as_input, joined_scans, without_stray_points
 
 
 def ball_volume(radius=8.3, half=11, **place):
@@ -156,8 +156,19 @@ def test_triangles_are_repaired_or_refused():
 
 def test_lost_handles_are_reported():
     thin = sm.torus(40, 8, radius=1.0, tube_radius=0.97).triangulated()
-    with pytest.warns(sm.SimplexMeshWarning, match="the surface has genus 1, the model has 0"):
+    with pytest.warns(sm.SimplexMeshWarning, match="has genus 1, the start of the model 0: finer handles are lost"):
         sm.reconstruct(thin, vertices=200, creases="none")
+
+
+@pytest.mark.filterwarnings("ignore::simplexmesh._base.errors.SimplexMeshWarning")  # it has no inside
+def test_handles_where_a_surface_crosses_itself_are_not_called_lost():
+    """Of a Bohemian dome, a circle moved around a larger one."""
+    flat = sm.torus(40, 40).triangulated()
+    x, y, z = flat.vertices.T
+    u, v = np.arctan2(y, x), np.arctan2(z, np.hypot(x, y) - 1)
+    dome = np.column_stack([0.5 * np.cos(u), 1.5 * np.cos(v) + 0.5 * np.sin(u), np.sin(v)])
+    with pytest.warns(sm.SimplexMeshWarning, match=r"genus 1, the start of the model [2-9]: handles came about"):
+        as_input((dome, flat.faces)).start(800, None)
 
 
 @pytest.mark.filterwarnings("ignore::simplexmesh._base.errors.SimplexMeshWarning")  # the ball has no such handle
