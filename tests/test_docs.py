@@ -19,6 +19,7 @@ PAGES = [
     page for page in PAGES if page.name != "gallery.md" and "_build" not in page.parts
 ]  # that one is made of the demos
 SKIPPED = "<!-- not run"
+LONG = {"scans.md", "recognize.md", "compare.md", "reconstruction.md", "vertices.md", "print.md"}  # run every night
 
 
 def blocks(text, language):
@@ -44,7 +45,11 @@ def run(page, text):
         exec(compile("\n" * (line - 1) + source, str(page), "exec"), {"__name__": "page"})
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize(
+    "page",
+    [pytest.param(page, marks=[pytest.mark.nightly] * (page.name in LONG)) for page in PAGES],
+    ids=lambda page: page.name,
+)
 def test_python_runs(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     text = page.read_text(encoding="utf-8")

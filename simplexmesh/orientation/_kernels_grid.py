@@ -64,15 +64,14 @@ def flood(filled):
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def splat(points, values, out):
-    """Add `values` (n, c) to the eight samples around each point of `out` (nx, ny, nz, c), with trilinear weights."""
+    """Add `values` (n,) to the eight samples around each point of `out` (nx, ny, nz), with trilinear weights."""
     for p in range(len(points)):
         i, j, k = int(points[p, 0]), int(points[p, 1]), int(points[p, 2])
         x, y, z = points[p, 0] - i, points[p, 1] - j, points[p, 2] - k
         for corner in range(8):
             a, b, c = corner & 1, (corner >> 1) & 1, corner >> 2
             w = (x if a else 1 - x) * (y if b else 1 - y) * (z if c else 1 - z)
-            for m in range(values.shape[1]):
-                out[i + a, j + b, k + c, m] += w * values[p, m]
+            out[i + a, j + b, k + c] += w * values[p]
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)

@@ -114,12 +114,12 @@ class Indicator:
 
 @dataclass(frozen=True, eq=False)
 class Poisson:
-    """Points on a grid, the area each represents, and the transfer function from normals to the indicator."""
+    """Points on a grid, the area each represents, and the transfer function from divergence to the indicator."""
 
     points: Array
     grid: Grid
     areas: Array
-    transfer: NDArray[np.complex64]
+    transfer: NDArray[np.float32]
 
     @staticmethod
     def of(points: Array, cell: float) -> Poisson:
@@ -130,18 +130,15 @@ class Poisson:
 
     def indicator(self, normals: Array) -> Indicator:
         """Return the field whose gradient is closest to minus the outward normals, whose lengths are weights."""
-        grid, layer = self.grid, np.zeros((*self.grid.shape, 1), dtype=np.float32)
+        grid, divergence = self.grid, np.zeros(self.grid.shape, np.float32)
         unit = 2.0 ** np.round(2 * np.log2(grid.cell))  # areas in the data's unit may be beyond single precision
         at, weights = grid.to_index(self.points), self.areas / unit
-        total: NDArray[np.complex64] = np.zeros(self.transfer.shape, np.complex64)
-        for axis, k in enumerate(_wave_numbers(grid.shape)):
-            layer[...] = 0
-            _kernels_grid.splat(at, (normals[:, axis] * weights)[:, None], layer)
-            part = fft.rfftn(layer[..., 0], workers=-1)
-            part *= k
-            total += part
-        total *= self.transfer
-        values = fft.irfftn(total, s=grid.shape, workers=-1, overwrite_x=True)
+        for axis, half in enumerate(np.eye(3) / 2):  # of a cell to both sides: differences of neighboring samples
+            _kernels_grid.splat(at - half, normals[:, axis] * weights, divergence)
+            _kernels_grid.splat(at + half, -normals[:, axis] * weights, divergence)
+        spectrum = fft.rfftn(divergence, workers=-1)
+        spectrum *= self.transfer
+        values = fft.irfftn(spectrum, s=grid.shape, workers=-1, overwrite_x=True)
         values *= np.float32(unit / grid.cell**2)
         values -= np.float32(np.average(Indicator(grid, values).at(self.points)[0], weights=self.areas))
         return Indicator(grid, values)
@@ -149,25 +146,21 @@ class Poisson:
 
 def _areas(points: Array, grid: Grid) -> Array:
     """Return the surface area each point represents, from a kernel density estimate: overlapping scans count once."""
-    count = np.zeros((*grid.shape, 1), dtype=np.float32)
-    _kernels_grid.splat(grid.to_index(points), np.ones((len(points), 1)), count)
-    density, _ = Indicator(grid, ndimage.gaussian_filter(count[..., 0], 1.0)).at(points)
+    count = np.zeros(grid.shape, np.float32)
+    _kernels_grid.splat(grid.to_index(points), np.ones(len(points)), count)
+    density, _ = Indicator(grid, ndimage.gaussian_filter(count, 1.0)).at(points)
     spread = np.sqrt(1.0 + 1 / 3)  # of the filter and of splatting; the density of a plane is then 1 / (s sqrt(2 pi))
     return grid.cell**2 / (np.sqrt(2 * np.pi) * spread * np.maximum(density, 1e-6))
 
 
-def _wave_numbers(shape: tuple[int, int, int]) -> list[NDArray[np.float32]]:
-    """Return the wave numbers of a grid's real FFT, in radians per cell, broadcastable along its axes."""
-    waves = [2 * np.pi * fft.fftfreq(n) for n in shape[:2]] + [2 * np.pi * fft.rfftfreq(shape[2])]
-    return list(np.meshgrid(*[w.astype(np.float32) for w in waves], indexing="ij", sparse=True))
-
-
-def _transfer_function(shape: tuple[int, int, int]) -> NDArray[np.complex64]:
+def _transfer_function(shape: tuple[int, int, int]) -> NDArray[np.float32]:
     """Return the transfer function from the divergence of the normals to the indicator, smoothed by one cell."""
-    k = _wave_numbers(shape)
-    k2 = k[0] ** 2 + k[1] ** 2 + k[2] ** 2
-    k2[0, 0, 0] = 1.0
-    return np.asarray(1j * np.exp(-0.5 * k2) / k2)
+    waves = [2 * np.pi * fft.fftfreq(n) for n in shape[:2]] + [2 * np.pi * fft.rfftfreq(shape[2])]  # radians per cell
+    k = np.meshgrid(*[w.astype(np.float32) for w in waves], indexing="ij", sparse=True)
+    laplacian = 4 * (np.sin(k[0] / 2) ** 2 + np.sin(k[1] / 2) ** 2 + np.sin(k[2] / 2) ** 2)  # of the same differences
+    laplacian[0, 0, 0] = 1.0
+    # differences sharpen by k^2 / 24 to second order, which the smoothing takes back
+    return np.asarray(np.exp(-13 / 24 * (k[0] ** 2 + k[1] ** 2 + k[2] ** 2)) / laplacian)
 
 
 @dataclass(frozen=True, eq=False)

@@ -94,7 +94,7 @@ CURVES = {
 
 
 @pytest.mark.parametrize("noise", [0, 0.3])
-@pytest.mark.parametrize("count", [300, 20_000])
+@pytest.mark.parametrize("count", [300, pytest.param(20_000, marks=pytest.mark.nightly)])
 @pytest.mark.parametrize("name", CURVES)
 def test_points_on_a_curve_are_no_surface(name, count, noise):
     points = CURVES[name](np.linspace(0, 1, count, endpoint=False))

@@ -43,6 +43,7 @@ def test_thin_sheets_have_two_sides(half, noise, seed):
     assert ((inward * normals).sum(axis=1) > 0).mean() < 0.02
 
 
+@pytest.mark.nightly
 def test_fins_thinner_than_two_spacings_are_solid():
     """Nine fins, 1.2 thick; points are 0.67 apart. Of floods too coarse for gaps a third of the sides is wrong."""
     rng, left, deep = np.random.default_rng(0), 5.0 * np.arange(9), 50.0

@@ -184,6 +184,7 @@ def test_right_kinds_are_valid_and_wrong_ones_not(kind):
         assert not sm.fit_primitive(points, wrong).fit.validation.valid
 
 
+@pytest.mark.nightly
 @every
 def test_deviations_are_as_predicted(kind):
     """The mean of the squared errors, in units of the predicted covariance, is the number of parameters."""

@@ -69,13 +69,14 @@ def test_kinds_and_parameters_of_parts(data_folder):
 
 
 @pytest.mark.data
-@pytest.mark.parametrize(("name", "least"), [("PC18", 9), ("PC42", 2)])
+@pytest.mark.parametrize(("name", "least"), [pytest.param("PC18", 9, marks=pytest.mark.nightly), ("PC42", 2)])
 def test_parts_are_found_when_nothing_is_told(data_folder, name, least):
     truth = part(data_folder, name)
     out = sm.extract_primitives(truth.points)
     assert len(matched(out.primitives, out.labels, truth)) >= max(least, 0.9 * len(out))
 
 
+@pytest.mark.nightly
 @pytest.mark.data
 def test_small_caps_are_found_beside_what_is_of_no_kind(data_folder):
     out = sm.extract_primitives(sm.read_points(data_folder / "abc_00949.xyzc"), rng=1)  # its oblique pipe is elliptic

@@ -118,6 +118,7 @@ def test_directions_matter_where_the_longest_axis_is_another():
     assert sm.fit_primitive(points, "cylinder").radius == pytest.approx(1, abs=0.02)
 
 
+@pytest.mark.nightly
 def test_several_starts_reach_more():
     """With noise of a tenth of the tube the axis that all normals meet leads a third of the bends elsewhere."""
     alone = several = 0

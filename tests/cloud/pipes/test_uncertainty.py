@@ -35,6 +35,7 @@ def lines():
     return found
 
 
+@pytest.mark.nightly
 def test_covariances_of_tori_are_those_of_repeated_scans(lines):
     squares = []
     for line in lines:

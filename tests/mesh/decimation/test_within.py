@@ -226,6 +226,7 @@ def test_a_tolerance_that_lets_no_vertex_go_is_reported():
         assert decimate(ball, tolerance=1e-9).mesh.n_vertices == ball.n_vertices
 
 
+@pytest.mark.nightly
 def test_slivers_and_folds_that_stay_are_reported():
     mesh = shapes.sphere(8).moved(shapes.sphere(8).vertices * [1, 1, 1e-12])
     with pytest.warns(SimplexMeshWarning, match="vertices of the decimated mesh are on faces that fold or cross"):

@@ -206,6 +206,7 @@ class TestFlatFaces:
         assert [face, face] in pairs.tolist()
 
 
+@pytest.mark.nightly
 def test_a_model_finer_than_its_data_shows_has_the_edges_of_a_box():
     """Near edges its vertices are closer than points, and lines must not be sought at their scale."""
     creases = sm.reconstruct(box_points(count=8000, seed=3), vertices=4000).creases

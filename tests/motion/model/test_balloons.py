@@ -69,6 +69,7 @@ def test_no_vertex_leaves_the_start_and_the_data(target, radius, center, **optio
     assert ((model.mesh.vertices >= low) & (model.mesh.vertices <= high)).all()
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("options", [{}, {"rigidity": 6}, {"reach": 5.0}], ids=str)
 def test_a_sphere_around_a_body_with_limbs_lands_on_it(data_folder, options):
     with warnings.catch_warnings():

@@ -233,6 +233,7 @@ class TestSurface:
         height = (1 - np.sqrt(1 - curvature**2)) / curvature
         assert_allclose(out.vertices[np.abs(out.vertices[:, 2]).argmax(), 2], height, rtol=0.02)
 
+    @pytest.mark.nightly
     def test_a_tangent_is_met_the_better_the_finer(self):
         wanted = np.tan(np.pi / 8)  # height of a cap that meets the plane of its rim at 45 degrees
         off = [wanted - cap(size, -np.pi / 4).vertices[:, 2].max() for size in (6, 12)]

@@ -88,7 +88,7 @@ def test_volumes_are_met_to_a_quarter_of_a_voxel(data_folder, name, level, verti
     ("name", "level", "vertices"),
     [
         ("head_ct.mhd", 500, 3000),
-        ("fandisk.off", None, 2000),
+        pytest.param("fandisk.off", None, 2000, marks=pytest.mark.nightly),
         pytest.param("lion_head.off", None, 3000, marks=pytest.mark.nightly),
     ],
 )

@@ -321,7 +321,7 @@ def test_small_dense_pieces_far_away_are_no_stray_points():
     assert without_stray_points(cloud) is cloud
 
 
-@pytest.mark.parametrize("kind", ["points", "triangles"])
+@pytest.mark.parametrize("kind", ["points", pytest.param("triangles", marks=pytest.mark.nightly)])
 def test_a_lid_over_open_data_is_told_unless_it_is_wanted(kind):
     ball = sm.sphere(30).triangulated("dual")
     faces = ball.faces[(ball.vertices[ball.faces][:, :, 2] > -0.4).all(axis=1)]

@@ -54,7 +54,7 @@ def sheet(shape):
         pytest.param(tube, 2, 4 * np.pi, 0.0, id="tube", marks=pytest.mark.nightly),
         pytest.param(tube, 2, 4 * np.pi, 0.005, id="noisy tube"),
         pytest.param(sheet(waves), 1, 4.249, 0.0, id="waves", marks=pytest.mark.nightly),
-        pytest.param(sheet(waves), 1, 4.249, 0.005, id="noisy waves"),
+        pytest.param(sheet(waves), 1, 4.249, 0.005, id="noisy waves", marks=pytest.mark.nightly),
         pytest.param(sheet(saddle), 1, 5.123, 0.0, id="saddle", marks=pytest.mark.nightly),
         pytest.param(sheet(saddle), 1, 5.123, 0.005, id="noisy saddle", marks=pytest.mark.nightly),
     ],
@@ -78,7 +78,7 @@ def test_open_surfaces_are_kept_open(shell, holes, area, noise):
     assert cKDTree(rim).query(border)[0].mean() < mean_edge(mesh)
 
 
-@pytest.mark.parametrize("size", [(2, 1, 1), (1, 1, 1), (1, 1, 2)])
+@pytest.mark.parametrize("size", [pytest.param((2, 1, 1), marks=pytest.mark.nightly), (1, 1, 1), (1, 1, 2)])
 def test_boxes_without_a_bottom_are_closed(size):
     rng = np.random.default_rng(7)
     sides = [np.insert(rng.random((2000, 2)), axis, end, axis=1) for axis, end in SIDES_OF_BOX]
@@ -109,7 +109,9 @@ def test_sheets_as_thick_as_their_noise_are_no_solids(count, shell):
     assert model.distance.mesh_to_data.rms < NOISE * np.linalg.norm(np.ptp(points, axis=0))
 
 
-@pytest.mark.parametrize(("noises", "height", "closed"), [(2, 1, False), (3, 0, True)])
+@pytest.mark.parametrize(
+    ("noises", "height", "closed"), [pytest.param(2, 1, False, marks=pytest.mark.nightly), (3, 0, True)]
+)
 def test_a_plate_thicker_than_its_noise_is_closed(noises, height, closed):
     """Of two normal distributions, two standard deviations apart, the sum has one maximum."""
     rng = np.random.default_rng(5)
@@ -130,6 +132,7 @@ def test_what_is_open_is_told_by_the_start():
     assert ["open surface" in each for each in told] == [False, True]
 
 
+@pytest.mark.nightly
 def test_a_sheet_cannot_be_closed():
     points = sheet(saddle)(3000, np.random.default_rng(8))[0]
     with pytest.raises(sm.TopologyError, match="an open surface that no lid closes; holes='auto' leaves it open"):

@@ -150,6 +150,7 @@ def test_a_reconstruction_whose_last_motion_spoils_it_is_repaired_and_counts_it(
     assert abs(np.linalg.norm(out.mesh.vertices, axis=1) - 1).max() < 0.06
 
 
+@pytest.mark.nightly
 @settings(max_examples=8)
 @given(st.integers(0, 2**32 - 1), st.floats(0.0, 0.6))
 def test_tangles_after_moves_here_and_there_are_those_of_the_whole_mesh(seed, share):
@@ -190,6 +191,7 @@ def from_frustum(places):
     return np.linalg.norm(at - start - share[..., None] * along, axis=2).min(axis=1)
 
 
+@pytest.mark.nightly
 def test_vertices_do_not_pile_up_on_an_acute_rim_that_noise_blurs():
     points = frustum_points(20_000, 0.005, 0)
     model = sm.reconstruct(points, vertices=4000, creases="none")

@@ -22,7 +22,7 @@ def outside(near):
 
 
 def splat(points, values, shape):
-    out = np.zeros((*shape, values.shape[1]))
+    out = np.zeros(shape)
     for point, value in zip(points, values, strict=True):
         low = point.astype(int)
         for corner in itertools.product((0, 1), repeat=3):

@@ -535,6 +535,7 @@ class TestReconstruction:
         assert (model.topology.holes, model.topology.handles, model.topology.refined) == ((), (), 0)
         assert (model.mesh.genus, model.mesh.n_holes, model.mesh.n_vertices) == (0, 0, model.start.n_vertices)
 
+    @pytest.mark.nightly
     def test_levels_of_refinement_stop_by_themselves(self):
         egg = sm.ellipsoid((1.0, 1.0, 2.0), 20).triangulated()
         counts = [

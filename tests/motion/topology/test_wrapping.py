@@ -171,6 +171,7 @@ def test_handles_too_fine_are_reported(data_folder):
         sm.reconstruct(data_folder / "femur.off", init="sphere", vertices=1000, iterations=20, creases="none")
 
 
+@pytest.mark.nightly
 def test_a_sphere_comes_to_a_frame():
     model = sm.reconstruct(frame_of_a_cube(), init="sphere", vertices=1500, iterations=60, creases="none")
     assert (model.mesh.genus, model.tangled, model.found.genus) == (5, 0, 5)

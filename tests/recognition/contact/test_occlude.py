@@ -97,6 +97,7 @@ class TestOcclude:
         assert found.penetration < 1e-6
         assert found.T_target_source[2, 3] > 0.05
 
+    @pytest.mark.nightly
     def test_what_is_deep_in_the_moving_part_comes_out_as_well(self):
         stool, _ = feet([1, 0, 0.3], [-0.5, 0.9, 0.35], [-0.5, -0.8, 0.27])
         sunk = lifted(stool, -np.sort(stool.vertices[:, 2])[stool.n_vertices // 3])

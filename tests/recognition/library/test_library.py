@@ -74,7 +74,9 @@ def scan_of(mesh, share, noise, rng):
 
 
 class TestRecognition:
-    @pytest.mark.parametrize(("share", "noise"), [(1.0, 0.01), (0.7, 0.005), (0.5, 0.005)])
+    @pytest.mark.parametrize(
+        ("share", "noise"), [(1.0, 0.01), pytest.param(0.7, 0.005, marks=pytest.mark.nightly), (0.5, 0.005)]
+    )
     def test_finds_each_body_and_where_it_lies(self, library, known, share, noise):
         rng = np.random.default_rng(3)
         for name, mesh in known.items():
@@ -118,6 +120,7 @@ class TestRecognition:
         one, two = library.recognize(scan), library.recognize(scan)
         assert [(each.name, each.score) for each in one] == [(each.name, each.score) for each in two]
 
+    @pytest.mark.nightly
     def test_more_are_tried_where_none_explains_the_scan(self, library, known, monkeypatch):
         monkeypatch.setattr(ranking, "BY_DESCRIPTOR", 1)
         monkeypatch.setattr(ranking, "BY_IMAGES", 0)
@@ -582,7 +585,7 @@ def test_few_components_keep_the_nearest(known):
     assert (ImageIndex.of(models, 99).spans(np.array([0, 1])) == 0).all()
 
 
-@pytest.mark.parametrize(("share", "noise"), [(1.0, 0.01), (0.5, 0.005)])
+@pytest.mark.parametrize(("share", "noise"), [pytest.param(1.0, 0.01, marks=pytest.mark.nightly), (0.5, 0.005)])
 def test_real_bodies(data_folder, tmp_path, share, noise):
     library = sm.ModelLibrary(tmp_path / "models.sml")
     meshes = {}

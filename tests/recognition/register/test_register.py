@@ -173,6 +173,7 @@ class TestMotionsAreFound:
 
 
 class TestHowExact:
+    @pytest.mark.nightly
     def test_nearly_as_exact_as_noise_allows(self):
         """No unbiased estimate has less than the information of both surfaces' points (Cramér and Rao)."""
         rng, noise, count = np.random.default_rng(0), 0.05, 12_000
@@ -267,6 +268,7 @@ class TestWhatIsUncertain:
         assert abs(turn[0]) > 0.99
         assert_allclose(np.cross(open_motion[:3], shift) + open_motion[3:], 0, atol=0.1 * np.linalg.norm(open_motion))
 
+    @pytest.mark.nightly
     def test_errors_are_as_large_as_the_covariance_says(self):
         rng = np.random.default_rng(0)
         squares = []

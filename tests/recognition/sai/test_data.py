@@ -32,6 +32,7 @@ def test_turned_and_sampled_anew_they_are_found_to_a_degree(data_folder, name):
         assert first.distance < 0.8 * second.distance
 
 
+@pytest.mark.nightly
 def test_scans_fused_and_one_alone(data_folder):
     views = [data_folder / f"bun{angle:03d}.ply" for angle in (0, 45, 90, 180, 270, 315)]
     fused = sm.sai(views, poses=data_folder / "bun.conf")

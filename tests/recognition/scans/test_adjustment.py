@@ -18,6 +18,7 @@ def angles(one, other):
     return np.degrees(Rotation.from_matrix(np.swapaxes(one[:, :3, :3], 1, 2) @ other[:, :3, :3]).magnitude())
 
 
+@pytest.mark.nightly
 def test_poses_that_were_moved_come_back():
     rng = np.random.default_rng(3)
     scans, poses = views(5, rng)

@@ -23,7 +23,7 @@ BUNNY = ("000", "045", "090", "180", "270", "315")
 
 def views(count, rng, seed=0, noise=0.002, body=None):
     """What is seen of a body, or a lumpy one, from around, each view in its own frame, and T_body_scan of each."""
-    cloud = (body or reference.lumpy(16, seed)).triangulated().sampled(4000 * 4, rng=rng)
+    cloud = (body or reference.lumpy(16, seed)).triangulated().sampled(8000, rng=rng)
     scans, poses = [], []
     for angle in 2 * np.pi * np.arange(count) / count:
         facing = cloud.normals @ [np.cos(angle), np.sin(angle), 0.3] > 0.1
@@ -137,6 +137,7 @@ class TestPoses:
         assert right == (not told)
         assert bool(found.doubtful) == bool(told)
 
+    @pytest.mark.nightly
     def test_two_bodies_are_two_groups_and_what_fits_nowhere_is_named(self):
         rng = np.random.default_rng(5)
         (a, true_a), (b, true_b) = views(6, rng), views(6, rng, seed=7)
