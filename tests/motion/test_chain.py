@@ -210,6 +210,14 @@ class TestDeviation:
         assert sm.deviation(points, planned, beyond_border=True).distances[2] == pytest.approx(4.5, abs=0.1)
         assert sm.deviation(points, planned).summary.count == 2
 
+    def test_a_corner_on_the_border_is_beyond_it_by_any_of_its_triangles(self):
+        """Beyond a half ball distances of up to 0.44 counted, where the triangle found had no side on the border."""
+        half = sm.clipped(BALL, (0, 0, 0), (0, 0, 1))
+        points = 1.1 * BALL.vertices
+        known = np.isfinite(sm.deviation(points, half).distances)
+        assert not known[points[:, 2] < -0.05].any()
+        assert known[points[:, 2] > 0.05].all()
+
     def test_corners_stored_apart_make_no_border(self):
         corners = BALL.vertices[BALL.faces].reshape(-1, 3)
         soup = sm.TriangleMesh(corners, np.arange(len(corners)).reshape(-1, 3))

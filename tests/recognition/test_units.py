@@ -27,6 +27,10 @@ DOORS = {
     "level": lambda: sm.DeformableModel(MM, sm.targets.Isosurface(VOLUME, 0.5)),
     "label": lambda: sm.DeformableModel(MM, sm.targets.LabelSurface(VOLUME)),
     "union": lambda: sm.DeformableModel(MM, sm.targets.Union([sm.targets.Points(CLOUD)])),
+    "refine": lambda: sm.refine(MM, TRIANGLES, vertices=2000),
+    "redistribute": lambda: sm.redistribute(MM, CLOUD, rounds=0),
+    "open_holes": lambda: sm.open_holes(MM, sm.targets.Triangles(TRIANGLES)),
+    "add_handles": lambda: sm.add_handles(MM, sm.targets.Triangles(TRIANGLES)),
     "targets": lambda: sm.targets.Union([sm.targets.Points(CLOUD), sm.targets.Triangles(MM.triangulated())]),
 }
 

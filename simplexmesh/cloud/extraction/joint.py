@@ -134,6 +134,9 @@ def without_superfluous(work: Working, state: Parts, limits: Limits) -> Parts:
     for k in sorted(range(len(kept)), key=lambda k: (k in bound, len(members[k]))):
         mine = members[k]
         others = np.setdiff1d(np.flatnonzero(kept), [k])
+        if k not in bound and (whole := wave_of(work, state, k, others)) is not None:
+            kept[k], state.labels[mine] = False, whole
+            continue
         own = cost[mine, k]
         rest = cost[np.ix_(mine, others)].min(axis=1, initial=NONE)
         gain = float(np.maximum(rest - own, 0).sum())
@@ -149,6 +152,29 @@ def without_superfluous(work: Working, state: Parts, limits: Limits) -> Parts:
             rest = cost[np.ix_(mine, others)]
             state.labels[mine] = np.where(rest.min(axis=1) < NONE, others[rest.argmin(axis=1)], -1)
     return state if kept.all() else chosen(state, kept)
+
+
+def wave_of(work: Working, state: Parts, part: int, others: Indices) -> int | None:
+    """Return the larger primitive around another one if its own waves of that size are nearly as high as that is far.
+
+    The noise of depth cameras is alike in many points side by side, and these are no evidence of a shape of their own.
+    """
+    mine = np.flatnonzero(state.labels == part)
+    about = state.labels[work.near[mine]]
+    about = about[np.isin(about, others)]
+    if not len(about):
+        return None
+    around = int(np.bincount(about).argmax())
+    whole = np.flatnonzero(state.labels == around)
+    away, own = (fits(work, state.primitives[around], some)[0] for some in (mine, whole))
+    far = np.mean(away**2) / REACH**2
+    if len(whole) <= len(mine) or far > np.mean(own**2):
+        return None
+    feet = state.primitives[around].projected(work.points[whole])  # else a cell may have one side of it only
+    places = np.floor(feet / (work.spacing * np.sqrt(len(mine))))
+    place = np.unique(places, axis=0, return_inverse=True)[1].ravel()
+    waves = (np.bincount(place, own) / np.bincount(place))[place]
+    return around if far <= np.mean(waves**2) else None
 
 
 def chosen(state: Parts, kept: Mask) -> Parts:

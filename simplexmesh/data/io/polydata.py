@@ -25,7 +25,7 @@ from simplexmesh.mesh.connectivity import Connectivity
 
 TWIN, HOLES, TYPES = "simplexmesh_twin", "simplexmesh_hole_darts", "simplexmesh_types"
 CONTOURS = "simplexmesh_contours"
-UNIT = "unit"
+UNIT, BOOLS = "unit", "simplexmesh_bools"
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +83,8 @@ class Polygons:
             out.GetPointData().SetActiveNormals("Normals")
         if self.unit is not None:
             out.GetFieldData().AddArray(_text_array(UNIT, self.unit))
+        if topology is None and (bools := [name for name, values in data.items() if values.dtype == bool]):
+            out.GetFieldData().AddArray(_text_array(BOOLS, *bools))
         if topology is not None:
             types = json.dumps({name: [a.dtype.str, a.shape[1:]] for name, a in data.items()})
             out.GetFieldData().AddArray(_text_array(TYPES, types))
@@ -107,10 +109,11 @@ def polygon_triangles(points: Array, sizes: NDArray[Any], corners: NDArray[Any])
     return triangles, vtk_to_numpy(out.GetCellData().GetArray("polygon")).astype(np.int64)
 
 
-def _text_array(name: str, text: str) -> Any:
+def _text_array(name: str, *texts: str) -> Any:
     out = vtkStringArray()
     out.SetName(name)
-    out.InsertNextValue(text)
+    for text in texts:
+        out.InsertNextValue(text)
     return out
 
 

@@ -10,16 +10,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import counted, warn
 from simplexmesh.data.io import formats
 
 if TYPE_CHECKING:
     from simplexmesh.data.io.polydata import Polygons
-
-
-NOTABLE_ROUNDING = 1e-4
-"""Rounding by more than this fraction of the extent gives a warning."""
 
 
 @contextmanager
@@ -50,7 +45,6 @@ def write_stl(path: Path, content: Polygons) -> None:
     """Write triangles in single precision, binary."""
     surface = content.triangles()
     corners = surface.vertices[surface.faces]
-    _check_single(surface.vertices)
     record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("spare", "<u2")])
     rows = np.zeros(len(corners), record)
     length = np.linalg.norm(surface.face_vectors, axis=1, keepdims=True)
@@ -59,16 +53,3 @@ def write_stl(path: Path, content: Polygons) -> None:
     with path.open("wb") as file:
         file.write(b"simplexmesh".ljust(80) + len(rows).to_bytes(4, "little"))
         file.write(rows.tobytes())
-
-
-def _check_single(points: Array) -> None:
-    """Refuse coordinates that single precision cannot represent, and warn of rounding above NOTABLE_ROUNDING."""
-    largest = float(np.abs(points).max())
-    if largest > float(np.finfo(np.float32).max):
-        raise ValueError(f"path must not end with .stl, whose largest number is 3e38, for vertices at {largest:.3g}")
-    single = points.astype(np.float32)
-    if not (np.ptp(single, axis=0) > 0).sum() >= 2 and (np.ptp(points, axis=0) > 0).sum() >= 2:
-        raise ValueError("path must not end with .stl, whose single precision cannot tell these vertices apart")
-    off = float(np.abs(points - single).max())
-    if off > NOTABLE_ROUNDING * float(np.ptp(points, axis=0).max()):
-        warn(f"STL has single precision, which moves vertices by up to {off:.2g}; all other formats have double")

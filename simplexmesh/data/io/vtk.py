@@ -21,6 +21,7 @@ from simplexmesh._base.named_arrays import is_color
 from simplexmesh._base.units import known_unit
 from simplexmesh.data.io.integrity import apart, obj, xml
 from simplexmesh.data.io.polydata import (
+    BOOLS,
     CONTOURS,
     HOLES,
     TWIN,
@@ -93,7 +94,7 @@ def _data(dataset: Any) -> dict[str, NDArray[Any]]:
     """Return the arrays of the points, but normals, coordinates in a texture, and arrays that VTK does not name."""
     given = dataset.GetPointData()
     other = {each.GetName() for each in (given.GetNormals(), given.GetTCoords()) if each is not None}
-    found = {}
+    found, bools = {}, _texts(dataset, BOOLS)
     for array in _number_arrays(given):
         if (
             array.GetName()
@@ -101,14 +102,23 @@ def _data(dataset: Any) -> dict[str, NDArray[Any]]:
             and array.GetNumberOfTuples() == dataset.GetNumberOfPoints()
         ):
             values = np.array(vtk_to_numpy(array))
+            if array.GetName() in bools and values.dtype == np.uint8 and values.max(initial=0) <= 1:
+                values = values.view(bool)
             found["colors" if array.GetName() in ("RGB", "RGBA") and is_color(values) else array.GetName()] = values
     return found
 
 
 def _unit(dataset: Any) -> str | None:
     """Return the unit of length that the field data names."""
-    array = dataset.GetFieldData().GetAbstractArray(UNIT)
-    return known_unit(array.GetValue(0)) if array is not None and array.IsA("vtkStringArray") else None
+    texts = _texts(dataset, UNIT)
+    return known_unit(texts[0]) if texts else None
+
+
+def _texts(dataset: Any, name: str) -> list[str]:
+    """Return the texts of an array of the field data, none if it has no such array."""
+    array = dataset.GetFieldData().GetAbstractArray(name)
+    known = array is not None and array.IsA("vtkStringArray")
+    return [array.GetValue(i) for i in range(array.GetNumberOfValues())] if known else []
 
 
 def _points(dataset: Any) -> Array:

@@ -7,9 +7,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 from numpy.typing import NDArray
 
 from simplexmesh._base import checks
+from simplexmesh._base.arrays import Array
 from simplexmesh._base.drafts import draft
 from simplexmesh._base.errors import warn
 from simplexmesh._base.named_arrays import OF_MODELS, is_color
@@ -17,6 +19,12 @@ from simplexmesh.data import exporting
 from simplexmesh.data.io import obj, off, ply, polydata, stl, text
 from simplexmesh.data.io.polydata import to_pyvista as to_pyvista
 from simplexmesh.data.io.survey import e57, las
+
+SINGLE = (".stl", ".glb")
+"""Formats with coordinates in single precision."""
+
+NOTABLE_ROUNDING = 1e-4
+"""Rounding by more than this fraction of the extent gives a warning."""
 
 VOLUMES = (".mha", ".nrrd", ".nii", ".nii.gz", ".vti")
 
@@ -67,11 +75,27 @@ def write(path: str | os.PathLike[str], value: Any) -> None:
     if not chosen.of_points and not len(content.sizes):
         known = ", ".join(ending for ending, each in FORMATS.items() if each.of_points)
         raise ValueError(f"path must end with one of {known} for points without faces, not {suffix}")
+    if suffix in SINGLE:
+        _check_single(content.points, suffix)
     with draft(where) as part:
         chosen.write(part, content)
     named = [(name, values) for name, values in content.data.items() if name not in OF_MODELS]
     if lost := ", ".join(name for name, values in named if not chosen.holds(name, values)):
         warn(f"{suffix[1:].upper()} files do not hold these arrays, which were left out: {lost}")
+
+
+def _check_single(points: Array, suffix: str) -> None:
+    """Refuse coordinates that single precision cannot represent, and warn of rounding above NOTABLE_ROUNDING."""
+    most = float(np.abs(points).max())
+    if most > float(np.finfo(np.float32).max):
+        raise ValueError(f"path must not end with {suffix}, whose largest number is 3e38, for vertices at {most:.3g}")
+    single = points.astype(np.float32)
+    if not (np.ptp(single, axis=0) > 0).sum() >= 2 and (np.ptp(points, axis=0) > 0).sum() >= 2:
+        raise ValueError(f"path must not end with {suffix}, whose single precision cannot tell these vertices apart")
+    off = float(np.abs(points - single).max())
+    if off > NOTABLE_ROUNDING * float(np.ptp(points, axis=0).max()):
+        name = suffix[1:].upper()
+        warn(f"{name} has single precision, which moves vertices by up to {off:.2g}; VTP, PLY and OBJ have double")
 
 
 def _write_volume(path: Path, volume: Any) -> None:

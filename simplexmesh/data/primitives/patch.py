@@ -113,5 +113,8 @@ def _steps(primitive: Primitive, ends: Array, edge: float | None) -> list[int]:
         lengths.append(max(float(np.linalg.norm(np.diff(primitive.at(row), axis=0), axis=1).sum()) for row in rows))
     turn = float(np.diff(ends[0])[0]) / TURN if primitive.periods[0] else 1.0
     size = edge if edge is not None else max(lengths[0] / max(turn, 1e-3), 1e-300) / STEPS
+    wanted = [length / size for length in lengths]
+    if edge is None and primitive.periods[1]:  # a tube, however thin
+        wanted[1] = STEPS * float(np.diff(ends[1])[0]) / TURN
     least = [3 if periodic else 1 for periodic in primitive.periods]
-    return [min(MOST_STEPS, max(low, round(length / size))) for low, length in zip(least, lengths, strict=True)]
+    return [min(MOST_STEPS, max(low, round(steps))) for low, steps in zip(least, wanted, strict=True)]

@@ -7,7 +7,7 @@ from scipy.optimize import minimize
 from scipy.sparse import csr_array
 
 from simplexmesh._base.arrays import Array, Indices, Mask
-from simplexmesh._base.vectors import dot, normalized
+from simplexmesh._base.vectors import cross, dot, normalized
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.face_geometry import face_normals
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
@@ -36,8 +36,9 @@ def unfolded(mesh: SimplexMesh, free: Mask) -> SimplexMesh:
 
     def areas(vertices: Array) -> tuple[Array, Array, Array]:
         p, q, r = (corner @ vertices for corner in corners)
-        return dot(np.cross(q - p, r - p), normals), np.cross(r - p, normals), np.cross(normals, q - p)
+        return dot(cross(q - p, r - p), normals), cross(r - p, normals), cross(normals, q - p)
 
+    back = [corner[:, rows].T.tocsr() for corner in corners]  # from triangles to free vertices
     whole = np.abs(areas(places)[0])
     whole[: len(of)], whole[len(of) :] = whole[: len(of)].mean(), whole[len(of) :].mean()
     length = float(np.sqrt(whole.mean()))
@@ -48,8 +49,8 @@ def unfolded(mesh: SimplexMesh, free: Mask) -> SimplexMesh:
         area, by_q, by_r = areas(vertices)
         short = np.maximum(LEAST - area / whole, 0.0)
         pull = (-2 * length * short / whole)[:, None]
-        slope = corners[1].T @ (pull * by_q) + corners[2].T @ (pull * by_r) - corners[0].T @ (pull * (by_q + by_r))
-        return (short**2).sum() + HELD * (moves**2).sum(), slope[rows].ravel() + 2 * HELD * moves
+        slope = back[1] @ (pull * by_q) + back[2] @ (pull * by_r) - back[0] @ (pull * (by_q + by_r))
+        return (short**2).sum() + HELD * (moves**2).sum(), slope.ravel() + 2 * HELD * moves
 
     found = minimize(cost, np.zeros(3 * len(rows)), jac=True, method="CG", options={"maxiter": 200})
     places[rows] += length * found.x.reshape(-1, 3)

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Mask
 from simplexmesh._base.errors import counted, warn
+from simplexmesh._base.units import common_unit
 from simplexmesh.mesh.operators.results import Edited
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.density.face_edits import Maps, composed_maps, mapped_zone
@@ -152,6 +153,7 @@ class Refinement:
     watch: Callable[[Round, SimplexMesh], None] | None = None
 
     def __post_init__(self) -> None:
+        common_unit("mesh and target", (self.mesh, self.target))
         checks.integer("iterations", self.iterations, 0)
         checks.number("adaptation", self.adaptation, 0.0, 0.25)
         checks.integer("rigidity", self.rigidity, 0, MOST_RIGID)

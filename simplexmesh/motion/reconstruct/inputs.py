@@ -246,10 +246,10 @@ class TrianglesInput(Input):
         start = start_from_points(self._sampled, vertices, components=self.components, tunnels=tunnels or 0.0)
         known = self.source.topology
         if known.n_components == 1 and not known.n_borders and known.genus != start.report.genus and not tunnels:
-            warn(
-                f"the surface has genus {known.genus}, the model has {start.report.genus}: handles finer than the "
-                "resolution of its start are lost; more vertices may keep them"
-            )
+            lost = start.report.genus < known.genus
+            why = "finer handles are lost" if lost else "handles came about where it meets itself"
+            told = f"the surface has genus {known.genus}, the start of the model {start.report.genus}"
+            warn(f"{told}: {why}; more vertices may help")
         points, normals = self._sampled.points, self._sampled.normals
         assert start.indicator is not None
         assert normals is not None

@@ -52,10 +52,12 @@ def start_from_volume(
     """Return a closed mesh near an isosurface, its object above it, or near a label; narrower `tunnels` are sealed."""
     native, first, left_out = _field(volume, level, label, components, 0.5 * FEWEST / vertices)
     body = without_cavities(native > 0)
-    filled = np.count_nonzero(body) / np.count_nonzero(native > 0) - 1
+    cavities = body & (native <= 0)
+    filled = np.count_nonzero(cavities) / np.count_nonzero(native > 0)
     if filled >= LEAST_FILLED:
         name = "object" if label is None else "label"
         warn(f"filled cavities inside of the {name}, {100 * filled:.2g} % of its samples: a model is an outer surface")
+    native[cavities] = native.max()  # before a thin wall opens on other cells
     area = surface_area(body, volume.spacing)
     cell = _cell(volume, body, area, vertices)
     field, cell = _finely_resampled(native, volume.spacing, cell, binary=label is not None)

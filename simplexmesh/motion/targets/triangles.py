@@ -10,7 +10,7 @@ import numpy as np
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices, Mask
-from simplexmesh._base.vectors import cross, dot, norm, normalized, sums, triangle_vectors
+from simplexmesh._base.vectors import dot, norm, normalized, sums, triangle_vectors
 from simplexmesh.data.conversion import as_triangles
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh import _kernels
@@ -20,6 +20,9 @@ from simplexmesh.numerics.kd_tree import uneven_tree
 
 ON_SURFACE = 1e-7
 """Points closer than this fraction of the surface's size are on it."""
+
+AT_SIDE = 1e-6
+"""Points of a triangle closer than this fraction of its height are on a side."""
 
 
 class Triangles(BuiltInTarget):
@@ -148,10 +151,7 @@ class Triangles(BuiltInTarget):
 
     def _normals_at(self, closest: Array, faces: Indices) -> Array:
         """Return (n, 3) unit pseudonormals at surface points: of faces, sides or corners (Baerentzen, Aanaes 2005)."""
-        corners, (at_vertices, at_sides) = self.vertices[self.faces[faces]], self._pseudonormals
-        rest = closest[:, None] - corners
-        share = norm(np.cross(np.roll(corners, -1, axis=1) - corners, rest).reshape(-1, 3)).reshape(-1, 3)
-        low = share <= ON_SURFACE * np.maximum(share.max(axis=1), 1e-300)[:, None]  # the point is on side j
+        (at_vertices, at_sides), low = self._pseudonormals, self._at_sides(closest, faces)
         out = self._normals[faces].copy()
         for side in range(3):
             out[low[:, side]] = at_sides[faces[low[:, side]], side]
@@ -173,14 +173,26 @@ class Triangles(BuiltInTarget):
     def _beyond_border(self, closest: Array, faces: Indices) -> Mask:
         """Return (n,) bool: whether closest points lie on the border of an open surface."""
         out = np.zeros(len(faces), dtype=bool)
-        rows = np.flatnonzero(self._on_border[faces].any(axis=1))
-        corners = self.vertices[self.faces[faces[rows]]]
-        whole = norm(cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
-        for side in range(3):
-            a, b = corners[:, side], corners[:, (side + 1) % 3]
-            share = norm(cross(b - a, closest[rows] - a))
-            out[rows] |= self._on_border[faces[rows], side] & (share <= 1e-6 * whole)
+        rows = np.flatnonzero(self._corner_on_border[faces].any(axis=1))
+        at, found = self._at_sides(closest[rows], faces[rows]), faces[rows]
+        corner = at & np.roll(at, 1, axis=1) & self._corner_on_border[found]  # of any triangle around it
+        out[rows] = ((at & self._on_border[found]) | corner).any(axis=1)
         return out
+
+    @cached_property
+    def _corner_on_border(self) -> Mask:
+        """(f, 3) bool: whether the border passes a corner of a triangle, which may have no side on it."""
+        out = np.zeros(len(self.vertices), dtype=bool)
+        for end in (self.faces, np.roll(self.faces, -1, axis=1)):
+            out[end[self._on_border]] = True
+        return out[self.faces]
+
+    def _at_sides(self, closest: Array, faces: Indices) -> Mask:
+        """Return (n, 3) bool: whether a point of triangle i is on its side j, from corner j to j + 1."""
+        corners = self.vertices[self.faces[faces]]
+        rest = closest[:, None] - corners
+        share = norm(np.cross(np.roll(corners, -1, axis=1) - corners, rest).reshape(-1, 3)).reshape(-1, 3)
+        return np.asarray(share <= AT_SIDE * np.maximum(share.max(axis=1), 1e-300)[:, None])
 
 
 def border_sides(faces: Indices) -> Mask:

@@ -12,6 +12,7 @@ import numpy as np
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import TopologyError
+from simplexmesh._base.units import common_unit
 from simplexmesh._base.vectors import cross, dot, norm, normalized
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from simplexmesh.mesh.operators.results import Edited
@@ -140,6 +141,7 @@ def add_handles(
     checks.instance("mesh", mesh, SimplexMesh)
     if target is not None:
         check_target(target)
+        common_unit("mesh and target", (mesh, target))
     if accept is not None and not callable(accept):
         raise TypeError(f"accept must be a function of a HandleProposal, not {type(accept).__name__}")
     limits = (

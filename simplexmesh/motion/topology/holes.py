@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices, Indices32, Mask
 from simplexmesh._base.errors import TopologyError
+from simplexmesh._base.units import common_unit
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.contours import Contour
 from simplexmesh.mesh.face_geometry import face_areas
@@ -147,6 +148,7 @@ def open_holes(
         raise TypeError("open_holes needs a target or zones")
     if target is not None:
         check_target(target)
+        common_unit("mesh and target", (mesh, target))
     if accept is not None and not callable(accept):
         raise TypeError(f"accept must be a function of a HoleProposal, not {type(accept).__name__}")
     fewest = checks.integer("fewest", fewest, 1)

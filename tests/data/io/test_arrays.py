@@ -45,6 +45,24 @@ def test_all_arrays_come_back(ending, thing, tmp_path):
     same(sm.read(tmp_path / f"a{ending}"), thing)
 
 
+@pytest.mark.parametrize("thing", [CLOUD, SURFACE, MESH], ids=["points", "triangles", "mesh"])
+def test_bools_come_back_from_vtp(thing, tmp_path):
+    """They were bytes, with which a mask selected the first two points again and again."""
+    given = thing.with_data(**{"is near": thing.data["uv"][:, 0] > 0.5, "both": thing.data["uv"] > 0.5})
+    given.save(tmp_path / "a.vtp")
+    same(sm.read(tmp_path / "a.vtp"), given)
+
+
+def test_bools_that_another_program_counted_up_are_bytes(tmp_path):
+    import pyvista
+
+    CLOUD.with_data(seen=CLOUD.data["uv"][:, 0] > 0.5).save(tmp_path / "a.vtp")
+    found = pyvista.read(tmp_path / "a.vtp")
+    found["seen"] = np.arange(N, dtype=np.uint8)
+    found.save(tmp_path / "b.vtp")
+    assert_array_equal(sm.read(tmp_path / "b.vtp").data["seen"], found["seen"])
+
+
 def test_a_simplex_mesh_comes_back(tmp_path):
     MESH.save(tmp_path / "a.vtp")
     same(sm.read_mesh(tmp_path / "a.vtp"), MESH)

@@ -139,18 +139,19 @@ def test_other_programs_see_the_polygons(ending, mesh, tmp_path):
         assert_allclose(seen.get_cell(i).points, mesh.vertices[mesh.faces[i]], rtol=1e-6, atol=1e-6)
 
 
-def test_rounding_to_single_precision_is_reported(tmp_path):
+@pytest.mark.parametrize("ending", ["stl", "glb"])
+def test_rounding_to_single_precision_is_reported(ending, tmp_path):
     ball = sm.sphere(4)
-    with pytest.warns(sm.SimplexMeshWarning, match=r"^STL has single precision, .* by up to 0\.\d+; "):
-        ball.moved(ball.vertices + 4e6).save(tmp_path / "far.stl")
-    with pytest.raises(ValueError, match=r"^path must not end with \.stl, .*, for vertices at 9\.\d+e\+159$"):
-        ball.moved(ball.vertices * 1e160).save(tmp_path / "huge.stl")
+    with pytest.warns(sm.SimplexMeshWarning, match=rf"^{ending.upper()} has single precision, .* by up to 0\.\d+; VTP"):
+        ball.moved(ball.vertices + 4e6).save(tmp_path / f"far.{ending}")
+    with pytest.raises(ValueError, match=rf"^path must not end with \.{ending}, .*, for vertices at 9\.\d+e\+159$"):
+        ball.moved(ball.vertices * 1e160).save(tmp_path / f"huge.{ending}")
     for lost in (ball.vertices * 1e-47, 1e-3 * ball.vertices + 1e6):
         with pytest.raises(
-            ValueError, match=r"^path must not end with \.stl, whose .* cannot tell these vertices apart"
+            ValueError, match=rf"^path must not end with \.{ending}, whose .* cannot tell these vertices apart"
         ):
-            ball.moved(lost).save(tmp_path / "lost.stl")
-    assert [path.name for path in tmp_path.iterdir()] == ["far.stl"]
+            ball.moved(lost).save(tmp_path / f"lost.{ending}")
+    assert [path.name for path in tmp_path.iterdir()] == [f"far.{ending}"]
 
 
 def test_stl_keeps_the_triangles_in_single_precision(mesh, tmp_path):

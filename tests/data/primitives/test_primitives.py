@@ -134,6 +134,14 @@ class TestPart:
         share = np.average(middle, axis=0, weights=np.linalg.norm(np.cross(one, two), axis=1))
         assert_allclose(points.mean(axis=0), share, atol=5 * points.std() / np.sqrt(len(points)) + 0.01)
 
+    @pytest.mark.parametrize("part", [1.0, 0.25])
+    def test_thin_tubes_are_round_by_default(self, part):
+        """Their triangles were as long across as along, so that tubes had six sides, and points stood out of them."""
+        thin = bounded(P.Torus([0, 0, 0], AXIS, 4.0, 0.5), [[-part * np.pi, part * np.pi], [-np.pi, np.pi]])
+        mesh = thin.triangulated()
+        assert np.abs(thin.distance(mesh.vertices[mesh.faces].mean(axis=1))).max() < 0.04
+        assert len(mesh.vertices) == 32 * (32 if part == 1 else 9)
+
     def test_samples_have_normals_but_on_curves(self):
         for kind, primitive in KINDS.items():
             cloud = bounded(primitive).sampled(50)

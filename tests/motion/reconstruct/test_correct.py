@@ -65,12 +65,3 @@ def test_noise_beyond_an_edge_tells_nothing(noise):
     before = out.mesh
     correct(out)
     assert (out.mesh is before) == (noise > mean_edge(before))
-
-
-def test_points_of_another_piece_do_not_move_a_model():
-    points = points_of(BALL.triangulated(), 0.0)
-    out, both = (run(BALL, given) for given in (points, np.vstack([points, points + np.array([2.6, 0, 0])])))
-    both.target = out.target
-    correct(out)
-    correct(both)
-    assert np.linalg.norm(out.mesh.vertices - both.mesh.vertices, axis=1).max() < 0.02

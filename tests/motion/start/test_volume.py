@@ -86,6 +86,18 @@ def test_cavities_are_filled_small_pieces_dropped_and_narrow_tunnels_sealed():
     assert start_from_volume(Volume(through), label=1, vertices=1500, tunnels=0.0).mesh.genus == 1
 
 
+@pytest.mark.filterwarnings("ignore:filled cavities")
+@pytest.mark.parametrize(("wall", "given"), [(1.8, {"label": 1}), (2.5, {"label": 1}), (2.5, {"level": 0.0})])
+def test_a_cavity_within_a_thin_wall_is_filled_on_any_cells(wall, given):
+    """Smoothed to other cells the wall had holes, so that the cavity stayed and the model got up to 259 tunnels."""
+    x, y, z = np.indices((50, 50, 50)) - 24.5
+    inside = wall / 2 - np.abs(np.sqrt(x**2 + y**2 + z**2) - 19.6)
+    volume = Volume(inside > 0 if "label" in given else inside.clip(-2, 2))
+    start = start_from_volume(volume, vertices=3000, **given)
+    assert (start.mesh.genus, start.mesh.n_components) == (0, 1)
+    assert np.isclose(start.mesh.volume, 4 / 3 * np.pi * (19.6 + wall / 2) ** 3, rtol=0.1)
+
+
 def test_all_components():
     values = np.concatenate([torus_field(np.eye(3))[0].values] * 2)
     start = start_from_volume(Volume(values, SPACING), level=0.0, vertices=3000, components="all")

@@ -22,7 +22,7 @@ from simplexmesh.numerics.kd_tree import Tree, kd_tree, nearest
 
 MAX_SURFELS = 60_000
 
-PILOTS = 2_000
+PILOTS, FEWEST_PILOTS, POINTS_A_PILOT = 2_000, 400, 8
 """Fits at all scales take as long as 14 times as many surfels: this is a tenth to a half of the time to build them."""
 
 NEIGHBORS = 12
@@ -41,7 +41,8 @@ MAX_SUPPORT_RATIO = 1.5
 def centers_and_radii(cloud: Cloud) -> tuple[Indices, Array]:
     """Return the points around which surfels are fitted, and the radii, interpolated from the pilots'."""
     points, n = cloud.points, len(cloud.points)
-    pilots = np.unique(np.linspace(0, n - 1, PILOTS).astype(np.int64))
+    count = min(PILOTS, max(FEWEST_PILOTS, n // POINTS_A_PILOT))
+    pilots = np.unique(np.linspace(0, n - 1, count).astype(np.int64))
     chosen = _chosen_radii(cloud, pilots)
     cell, near = float(np.quantile(chosen, 0.1)) / 4, kd_tree(points[pilots])
     centers = thinned(points, cell)
