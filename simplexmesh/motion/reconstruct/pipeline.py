@@ -9,7 +9,6 @@ from simplexmesh._base.progress import Progress, reporting
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.reconstruct.changes import change_topology, redistribute, refine_and_fit
 from simplexmesh.motion.reconstruct.conversion import as_input
-from simplexmesh.motion.reconstruct.correct import correct
 from simplexmesh.motion.reconstruct.measure import measure, restore
 from simplexmesh.motion.reconstruct.options import Choice, Options
 from simplexmesh.motion.reconstruct.result import Reconstruction
@@ -155,7 +154,6 @@ def reconstruct(
             redistribute(run)
             finish(run)
             restore(run)
-            correct(run)
             sharpen(run)
             measure(run)
         except KeyboardInterrupt:

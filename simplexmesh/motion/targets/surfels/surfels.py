@@ -22,7 +22,7 @@ from simplexmesh.numerics.kd_tree import Tree, kd_tree, nearest
 
 MAX_SURFELS = 60_000
 
-PILOTS, FEWEST_PILOTS, POINTS_A_PILOT = 2_000, 400, 8
+PILOTS, FEWEST_PILOTS, POINTS_A_PILOT = 2_000, 1_000, 4
 """Fits at all scales take as long as 14 times as many surfels: this is a tenth to a half of the time to build them."""
 
 NEIGHBORS = 12
