@@ -126,13 +126,13 @@ def settled(work: Working, state: Parts) -> None:
 def without_superfluous(work: Working, state: Parts, limits: Limits) -> Parts:
     """Return the state without primitives that have too few points, or whose points others explain as well."""
     cost = np.minimum(costs(work, state), NONE)
-    members = state.members()
+    sizes = [len(each) for each in state.members()]
     kept = np.ones(len(state.primitives), bool)
     bound = {k for bend in state.bends for k in (bend.first, bend.second)} | set(
         range(state.first_bend, len(state.primitives))
     )
-    for k in sorted(range(len(kept)), key=lambda k: (k in bound, len(members[k]))):
-        mine = members[k]
+    for k in sorted(range(len(kept)), key=lambda k: (k in bound, sizes[k])):
+        mine = np.flatnonzero(state.labels == k)  # with what went to it from others
         others = np.setdiff1d(np.flatnonzero(kept), [k])
         if k not in bound and (whole := wave_of(work, state, k, others)) is not None:
             kept[k], state.labels[mine] = False, whole
@@ -155,26 +155,37 @@ def without_superfluous(work: Working, state: Parts, limits: Limits) -> Parts:
 
 
 def wave_of(work: Working, state: Parts, part: int, others: Indices) -> int | None:
-    """Return the larger primitive around another one if its own waves of that size are nearly as high as that is far.
+    """Return the larger primitive that has a part's points, as far off as they are, among waves as high; or None.
 
-    The noise of depth cameras is alike in many points side by side, and these are no evidence of a shape of their own.
+    The noise of depth cameras is alike in many points side by side, so these are no evidence of a shape of their own.
+    Waves are means, over as many points as the part has, of distances from the primitive, less what a quadric of place
+    tells: a bent whole is no wavy one.
     """
     mine = np.flatnonzero(state.labels == part)
-    about = state.labels[work.near[mine]]
-    about = about[np.isin(about, others)]
-    if not len(about):
+    around = state.labels[work.near[mine]]
+    around = around[np.isin(around, others)]
+    if not len(around):
         return None
-    around = int(np.bincount(about).argmax())
-    whole = np.flatnonzero(state.labels == around)
-    away, own = (fits(work, state.primitives[around], some)[0] for some in (mine, whole))
-    far = np.mean(away**2) / REACH**2
-    if len(whole) <= len(mine) or far > np.mean(own**2):
+    whole = int(np.bincount(around).argmax())
+    rows = np.flatnonzero(state.labels == whole)
+    offset, distances = (fits(work, state.primitives[whole], some)[0] for some in (mine, rows))
+    limit = np.mean(offset**2) / REACH**2
+    if len(rows) <= len(mine) or limit > np.mean(distances**2):
         return None
-    feet = state.primitives[around].projected(work.points[whole])  # else a cell may have one side of it only
-    places = np.floor(feet / (work.spacing * np.sqrt(len(mine))))
-    place = np.unique(places, axis=0, return_inverse=True)[1].ravel()
-    waves = (np.bincount(place, own) / np.bincount(place))[place]
-    return around if far <= np.mean(waves**2) else None
+    feet = state.primitives[whole].projected(work.points[rows])  # else a cell may have one side of it only
+    places = (feet - feet.mean(axis=0)) / (work.spacing * np.sqrt(len(mine)))
+    bend = _quadric_terms(places / max(float(np.abs(places).max()), 1e-300))
+    distances = distances - bend @ np.linalg.lstsq(bend, distances, rcond=None)[0]
+    cell = np.unique(np.floor(places), axis=0, return_inverse=True)[1].ravel()
+    waves = (np.bincount(cell, distances) / np.bincount(cell))[cell]
+    return whole if limit <= np.mean(waves**2) else None
+
+
+def _quadric_terms(places: Array) -> Array:
+    """Return (n, 10) the values of the monomials up to the second degree at places (n, 3)."""
+    one = np.column_stack([np.ones(len(places)), places])
+    first, second = np.triu_indices(4)
+    return one[:, first] * one[:, second]
 
 
 def chosen(state: Parts, kept: Mask) -> Parts:

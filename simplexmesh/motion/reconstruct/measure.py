@@ -181,7 +181,7 @@ def measure(run: Run) -> None:
 def _warn_of_poor_fit(run: Run, unseen: float, missed: float) -> None:
     """Warn when the motion ended early, much of the model has no data nearby, or much of the data no model nearby."""
     if run.diverged:
-        warn(f"a part of the motion ended early: {run.diverged}; more points there may help")
+        warn(f"a part of the motion ended early ({run.diverged}): more data may tell better where the surface is")
     if unseen > MOST_UNSEEN:
         warn(f"{unseen:.0%} of the model is far from any data")
     if missed > MOST_MISSED:

@@ -108,7 +108,7 @@ class Run:
         """Move through stages, each until it is at rest; `until` is the share of the motion done then.
 
         A stage also ends, before the step, where a vertex would leave the start and the data: sparse points do not tell
-        everywhere where the surface is. `restore` then puts back what strayed.
+        everywhere where the surface is. The mesh there is nearer to them in the mean than that before the stage.
         """
         begun, total = self.done, sum(stage.iterations for stage in stages)
         before = 0

@@ -6,18 +6,21 @@ import numpy as np
 import pytest
 
 import simplexmesh as sm
+from simplexmesh.cloud.extraction import joint
 from simplexmesh.cloud.extraction.joint import Parts, wave_of
+from simplexmesh.cloud.extraction.patches import Limits
 from simplexmesh.cloud.extraction.working import working
 
 NOISE, LENGTH, HIGH = 0.003, 0.25, 0.02
 
 
-def told(waves, plate, seed):
-    """Return what one crest, or a plate of its size that far above the plane, is a wave of."""
+def told(waves, plate, seed, bow=0.0):
+    """Return what one crest, or a plate of its size that far above the plane, which may be bowed, is a wave of."""
     rng = np.random.default_rng(seed)
     x, y = rng.uniform(0, 1, (2, 8000))
     part = (np.abs(x - 0.5 * LENGTH) < 0.5 * LENGTH) & (np.abs(y - 0.5 * LENGTH) < 0.5 * LENGTH)
     z = waves * np.sin(np.pi * x / LENGTH) * np.sin(np.pi * y / LENGTH) + plate * part
+    z += bow * (12 * (y - 0.5) ** 2 - 1)
     work = working(np.stack([x, y, z + rng.normal(0, NOISE, len(x))], axis=1), NOISE, rng)
     planes = [sm.primitives.Plane((0, 0, height), (0, 0, 1)) for height in (0, plate + waves / 2)]
     return wave_of(work, Parts(planes, [], part.astype(int), [NOISE, NOISE]), 1, np.array([0]))
@@ -29,9 +32,23 @@ def test_a_crest_among_crests_is_a_wave(seed):
 
 
 @pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize(("waves", "plate"), [(0.0, 3 * NOISE), (0.0, HIGH), (HIGH, 10 * HIGH)])
-def test_a_plate_higher_than_waves_is_none(waves, plate, seed):
-    assert told(waves, plate, seed) is None
+@pytest.mark.parametrize(
+    ("waves", "plate", "bow"), [(0.0, 3 * NOISE, 0.0), (0.0, HIGH, 0.0), (HIGH, 10 * HIGH, 0.0), (0.0, HIGH, HIGH)]
+)
+def test_a_plate_higher_than_waves_is_none(waves, plate, bow, seed):
+    """A plane that is bowed as a whole, as by twice as much as its mean square there, has no waves either."""
+    assert told(waves, plate, seed, bow) is None
+
+
+def test_what_joined_a_wave_goes_where_that_one_goes(monkeypatch):
+    rng = np.random.default_rng(0)
+    work = working(rng.uniform(0, 1, (3000, 3)) * [1, 1, 0], NOISE, rng)
+    labels = 1 * (work.points[:, 0] < 0.4) + 1 * (work.points[:, 0] < 0.1)
+    planes, limits = [sm.primitives.Plane((0, 0, 0), (0, 0, 1))] * 3, Limits(("plane",), (0.0, np.inf), 20)
+    monkeypatch.setattr(joint, "wave_of", lambda work, state, part, others: part - 1 if part else None)
+    kept = joint.without_superfluous(work, Parts(planes, [], labels, [NOISE] * 3), limits)
+    assert len(kept.primitives) == 1
+    assert (kept.labels == 0).all()
 
 
 def test_a_wavy_box_before_a_depth_camera_is_not_split(data_folder):

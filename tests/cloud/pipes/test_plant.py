@@ -164,7 +164,6 @@ def test_there_are_none_where_there_is_no_pipe(shape):
         plant.mesh()
 
 
-@pytest.mark.nightly
 def test_radii_may_be_bounded():
     plant = sm.extract_pipes(np.concatenate(two_lines()), radius=(0.3, 0.7))
     assert [len(line.elements) for line in plant.lines] == [1]

@@ -92,7 +92,7 @@ def test_triangles_have_them_and_labels_not():
     import pyvista as pv
 
     cube = pv.Cube().triangulate().clean()
-    creases = sm.reconstruct(cube, vertices=600).creases
+    creases = sm.reconstruct(cube, vertices=640).creases
     assert sum(line.length for line in creases) == pytest.approx(12, abs=1)
     points = np.concatenate([line.points for line in creases])
     assert np.sort(0.5 - np.abs(points), axis=1)[:, 1].max() < 0.02  # two coordinates are those of a side

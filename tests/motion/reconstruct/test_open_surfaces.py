@@ -132,7 +132,6 @@ def test_what_is_open_is_told_by_the_start():
     assert ["open surface" in each for each in told] == [False, True]
 
 
-@pytest.mark.nightly
 def test_a_sheet_cannot_be_closed():
     points = sheet(saddle)(3000, np.random.default_rng(8))[0]
     with pytest.raises(sm.TopologyError, match="an open surface that no lid closes; holes='auto' leaves it open"):

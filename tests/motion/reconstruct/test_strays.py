@@ -211,7 +211,7 @@ def test_points_too_sparse_to_tell_the_surface_everywhere_give_a_model_nearer_to
         with warnings.catch_warnings(record=True) as said:
             warnings.simplefilter("always")
             model = sm.reconstruct(box.sampled(200, rng=seed).points, vertices=2000)
-        ended += any("a part of the motion ended early: vertex" in str(each.message) for each in said)
+        ended += any("a part of the motion ended early (vertex" in str(each.message) for each in said)
         away, before = (np.mean(surface.closest(mesh.vertices)[0]) for mesh in (model.mesh, model.start))
         assert away < 0.8 * before
         assert not model.tangled
