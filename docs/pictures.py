@@ -58,7 +58,7 @@ CLOUDS = {  # a part and three views of depth cameras whose primitives are shown
     "abc_00949.xyzc": ((0.7, -1.0, 0.75), (0.0, 0.0, 1.0), {}),
     "osd_learn37.pcd": ((0.3, -0.7, -1.0), (0.0, -1.0, 0.0), {"kinds": ("plane", "cylinder")}),
     "ros_table.pcd": ((-0.6, -1.0, 0.8), (0.0, 0.0, 1.0), {"kinds": ("plane",)}),
-    "box_rgbd.ply": ((0.3, 0.4, 1.0), (0.0, 1.0, 0.0), {"kinds": ("plane",), "noise": 0.01}),
+    "box_rgbd.ply": ((0.3, 0.4, 1.0), (0.0, 1.0, 0.0), {"kinds": ("plane",)}),
 }
 NEAR = np.cos(np.radians(35))  # the scanner is within this angle of the camera, so that its points are visible
 NOISE = 0.003  # of the views, as a share of the diagonal
@@ -117,7 +117,6 @@ def primitives():
             warnings.simplefilter("ignore", sm.SimplexMeshWarning)  # pixels without a depth are left out
             cloud = sm.read_points(DATA / file).transformed(picture_axes(toward, up))
         size = float(np.linalg.norm(np.ptp(cloud.bounds, axis=0)))
-        told = {name: value / size if name == "noise" else value for name, value in told.items()}
         cloud = sm.PointCloud((cloud.points - cloud.bounds.mean(axis=0)) / size)
         found = sm.extract_primitives(cloud, **told)
         counts = Counter(each.kind for each in found.primitives)

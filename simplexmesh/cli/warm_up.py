@@ -37,6 +37,8 @@ def examples() -> dict[str, Callable[[], Any]]:
     import numpy as np
 
     import simplexmesh as sm
+    from simplexmesh.surface.curvature import estimate as curvatures
+    from simplexmesh.surface.normals import estimate as normals
 
     ball = sm.sphere(20)  # 8,000 vertices
     triangles = ball.triangulated("dual")
@@ -66,8 +68,14 @@ def examples() -> dict[str, Callable[[], Any]]:
         "check": lambda: sm.sphere(4).check(self_intersections=True),
         "decimate": lambda: (sm.decimate(ball, vertices=2000), sm.decimate(sm.sphere(4), tolerance=0.05)),
         "edit": lambda: (sm.regularize(sm.sphere(6)), sm.redistribute(sm.sphere(8), ball.vertices)),
-        "curvature": lambda: (sm.curvature(triangles), sm.curvature(ball), sm.curvature(ball.vertices)),
-        "normals": lambda: (sm.vertex_normals(triangles), sm.vertex_normals(ball.vertices)),
+        "curvature": lambda: (
+            [sm.curvature(triangles, method=each) for each in curvatures.METHODS],
+            [sm.curvature(each) for each in (ball, ball.vertices)],
+        ),
+        "normals": lambda: (
+            [sm.vertex_normals(triangles, method=each) for each in normals.METHODS],
+            sm.vertex_normals(ball.vertices),
+        ),
         "saliency": lambda: (sm.saliency(triangles), sm.hk_classes(triangles)),
         "simplify": lambda: sm.simplify(triangles, 0.05),
         "features": lambda: sm.zones(sm.clipped(triangles, (0, 0, 0), (0, 0, 1), cap=True), tolerance=0.5).kinds,

@@ -52,5 +52,5 @@ def test_what_joined_a_wave_goes_where_that_one_goes(monkeypatch):
 
 
 def test_a_wavy_box_before_a_depth_camera_is_not_split(data_folder):
-    found = sm.extract_primitives(data_folder / "box_rgbd.ply", kinds="plane", noise=0.01)
-    assert 3 <= len(found.primitives) <= 6
+    found = sm.extract_primitives(data_folder / "box_rgbd.ply", kinds="plane")
+    assert 3 <= len(found.primitives) <= 8  # 11 and more when it is
