@@ -33,7 +33,7 @@ def test_poses_that_were_moved_come_back():
 
 @pytest.mark.nightly
 def test_errors_are_about_those_stated_and_less_than_from_pairs_alone(monkeypatch):
-    scans, poses = views(5, np.random.default_rng(4))
+    scans, poses = views(5, np.random.default_rng(4), samples=16_000)
     found = sm.register_all(scans)
     monkeypatch.setattr(assembly, "adjusted", lambda scans, poses: poses)
     of_pairs = sm.register_all(scans)
