@@ -12,7 +12,8 @@ from simplexmesh.cloud.extraction import _kernels_growth
 from simplexmesh.cloud.extraction.patches import AFTER, LEAST, Limits, fit, refined
 from simplexmesh.cloud.extraction.working import Working
 from simplexmesh.cloud.fitting.refine import WITHIN
-from simplexmesh.data.primitives import Primitive
+from simplexmesh.cloud.fitting.starts import tapered
+from simplexmesh.data.primitives import Cylinder, Primitive
 
 WIDE = 8.0
 """... within which they may be on what it turns out to be."""
@@ -127,11 +128,18 @@ def candidates(work: Working, now: Grown, wide: Indices, limits: Limits, rng: np
         if kind not in limits.kinds:
             continue
         for some in (near, about) if len(wide) > 1.1 * len(now.members) else (near,):
-            first = fit(kind, work.points[some], work.normals[some])
+            first = begun(now.primitive, kind, work.points[some], work.normals[some])
             if first is not None:
                 out.append(refined(first, work.points[about], scale))
     size = float(norm(work.points[near] - work.points[near].mean(axis=0)).max())
     return [each for each in out if limits.allow(each, size)]
+
+
+def begun(now: Primitive, kind: str, points: Array, normals: Array) -> Primitive | None:
+    """Return a start of a kind: of cones about the axis of a cylinder, as noisy normals tell an apex too near."""
+    if kind == "cone" and isinstance(now, Cylinder):
+        return tapered(points, now)
+    return fit(kind, points, normals)
 
 
 def thinned(members: Indices, most: int, rng: np.random.Generator) -> Indices:

@@ -8,8 +8,8 @@ from scipy.spatial import cKDTree
 
 import simplexmesh as sm
 from simplexmesh.cloud.extraction.elbows import elbow_of
-from simplexmesh.cloud.extraction.growth import Grown, connected, evidence, fits
-from simplexmesh.cloud.extraction.patches import Limits, patch
+from simplexmesh.cloud.extraction.growth import Grown, connected, evidence, fits, grown
+from simplexmesh.cloud.extraction.patches import Limits, fit, patch
 from simplexmesh.cloud.extraction.working import frequent, working
 from simplexmesh.cloud.fitting.selection import SURFACES
 from simplexmesh.data.primitives import Cone, Cylinder, Fit, Plane, Sphere, Torus
@@ -125,6 +125,22 @@ def test_a_patch_grows_into_what_its_surroundings_are(kind):
             tried.append(np.quantile(np.abs(found.distance(points[near])), 0.9) / work.noise)
     assert min(tried) < 2
     assert np.abs(shape.distance(points)).max() < 6 * work.noise
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_cylinder_grows_into_the_cone_it_was_fitted_to(seed):
+    """Among strays, where the tangent planes of noisy normals meet nearer than at the apex."""
+    rng, count = np.random.default_rng(seed), 700
+    cone = Cone([0, 0, 0], [0, 0, 1], 0.22)
+    points = cone.at(np.column_stack([rng.uniform(0, 2.2, count), np.sqrt(rng.uniform(1, 9, count))]))
+    points = points + rng.normal(0, 0.015, (count, 1)) * cone.gradient(points)
+    strays = rng.uniform(points.min(axis=0) - 0.2, points.max(axis=0) + 0.2, (count, 3))
+    work = working(np.concatenate([points, strays]), 0.015, rng)
+    around = fit("cylinder", work.points[:count], work.normals[:count])
+    limits = Limits(SURFACES, (0.0, np.inf), 50)
+    found = grown(work, around, np.ones(2 * count, bool), np.arange(count), limits, rng).primitive
+    assert found.kind == "cone"
+    assert found.half_angle == pytest.approx(0.22, abs=0.04)
 
 
 @pytest.mark.parametrize("kind", SHAPES)
