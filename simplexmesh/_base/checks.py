@@ -46,13 +46,14 @@ def any_array(name: str, value: Any) -> NDArray[Any]:
 
 def _numbers(name: str, value: ArrayLike, shape: Sequence[int | None]) -> NDArray[Any]:
     """Return `value` as an array of numbers of any type, of the given shape."""
-    wanted = "(" + ", ".join("*" if n is None else str(n) for n in shape) + ("," if len(shape) == 1 else "") + ")"
     out = any_array(name, value)
-    if out.dtype.kind not in "biuf":
+    numbers = out.dtype.kind in "biuf"
+    if numbers and out.ndim == len(shape) and all(n in (None, m) for n, m in zip(shape, out.shape, strict=True)):
+        return out
+    wanted = "(" + ", ".join("*" if n is None else str(n) for n in shape) + ("," if len(shape) == 1 else "") + ")"
+    if not numbers:
         raise TypeError(f"{name} must be numbers of shape {wanted}, not {type(value).__name__} of {out.dtype}")
-    if out.ndim != len(shape) or any(n not in (None, m) for n, m in zip(shape, out.shape, strict=True)):
-        raise ValueError(f"{name} must have shape {wanted}, not {out.shape}")
-    return out
+    raise ValueError(f"{name} must have shape {wanted}, not {out.shape}")
 
 
 def indices(name: str, value: ArrayLike, shape: Sequence[int | None], count: int) -> Indices:

@@ -100,7 +100,7 @@ def _step(matrix: Array, downhill: Array, damping: float, fixed: Mask | None) ->
     free = scale > 0 if fixed is None else (scale > 0) & ~fixed
     step = np.zeros(len(downhill))
     scale = scale[free]
-    unit = matrix[np.ix_(free, free)] / np.outer(scale, scale)
+    unit = matrix[free][:, free] / (scale[:, None] * scale)
     unit.flat[:: len(scale) + 1] += damping
     step[free] = np.linalg.solve(unit, downhill[free] / scale) / scale
     return step

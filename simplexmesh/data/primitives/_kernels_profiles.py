@@ -29,6 +29,23 @@ class Revolution(NamedTuple):
     shape: Array
 
 
+@njit(cache=True, error_model="numpy")
+def across(axis):
+    """Return two directions (2, 3) across an axis: as `tangents` of stacks, but many times as fast for one."""
+    out = np.zeros((2, 3))
+    k = 0 if abs(axis[0]) < 0.9 else 1
+    out[0, k] = 1.0
+    for j in range(3):
+        out[0, j] -= axis[k] * axis[j]
+    length = math.sqrt(out[0, 0] * out[0, 0] + out[0, 1] * out[0, 1] + out[0, 2] * out[0, 2])
+    for j in range(3):
+        out[0, j] /= length
+    for j in range(3):
+        a, b = (j + 1) % 3, (j + 2) % 3
+        out[1, j] = axis[a] * out[0, b] - axis[b] * out[0, a]
+    return out
+
+
 @lean
 def profile(kind, shape, rho, z):
     """Return the distance from a profile, and its derivatives by rho, z and two measures."""

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices
-from simplexmesh._base.vectors import dot, norm, normalized, tangents
+from simplexmesh._base.vectors import dot, norm
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.primitives import _kernels_profiles as kernels
 from simplexmesh.data.primitives import patch
@@ -123,7 +123,7 @@ class Primitive:
     @cached_property
     def frame(self) -> Array:
         """(3, 3): rows are two directions across the axis, the first where angles begin, and the axis."""
-        return checks.frozen(np.stack([*self._across(), self._pose[1]]))
+        return checks.frozen(np.concatenate([self._across(), self._pose[1][None]]))
 
     @property
     def rms(self) -> float:
@@ -225,7 +225,7 @@ class Primitive:
         """Return the derivatives (n, p) of the distances of points (n, 3) by the parameters, for `stepped`."""
         at = checks.array("points", points, (None, 3))
         rows = np.zeros((len(at), self.n_parameters))
-        kernels.fill_rows(self._surface, self._columns, at, rows)
+        kernels.fill_rows(self._surface, self._columns(), at, rows)
         return rows
 
     def normal_equations(
@@ -244,7 +244,7 @@ class Primitive:
         motion = np.zeros(5)
         motion[list(self._moves)] = step[: len(self._moves)]
         origin, axis = self._pose
-        axis = normalized(axis + motion[:2] @ self.frame[:2])
+        axis = axis + motion[:2] @ self.frame[:2]
         measures = np.asarray(self._shape) + step[len(self._moves) :]
         return self._with(origin + motion[2:] @ self.frame, axis, *measures.tolist())
 
@@ -294,9 +294,10 @@ class Primitive:
             met &= patch.inside(self.coordinates(at), self.extent, self.periods)
         return np.where(met, way, np.nan)
 
-    def _across(self) -> tuple[Array, Array]:
-        """Return two directions across the axis."""
-        return tangents(self._pose[1])
+    def _across(self) -> Array:
+        """Return two directions (2, 3) across the axis."""
+        directions: Array = kernels.across(self._pose[1])
+        return directions
 
     def _scaled(self, scale: float) -> tuple[float, ...]:
         """Return the measures of the shape when lengths are scaled."""
@@ -324,11 +325,12 @@ class Primitive:
         """What kernels read of it."""
         return kernels.Revolution(self._code, self._pose[0], self.frame, np.array(self._shape, float))
 
-    @property
-    def _columns(self) -> Indices:
-        """(5,): the parameters that are the motions of the frame, -1 where there is none."""
+    @classmethod
+    @cache
+    def _columns(cls) -> Indices:
+        """Return the parameters (5,) that are the motions of the frame, -1 where there is none."""
         columns = np.full(5, -1)
-        columns[list(self._moves)] = range(len(self._moves))
+        columns[list(cls._moves)] = range(len(cls._moves))
         return columns
 
     def _summed(
@@ -337,7 +339,7 @@ class Primitive:
         """Return the normal equations of distances from a surface in this chart."""
         matrix, downhill = np.zeros((self.n_parameters,) * 2), np.zeros(self.n_parameters)
         given = (np.ascontiguousarray(points), weights, loss_scale)
-        cost = kernels.normal_equations(surface, self._columns, *given, matrix, downhill)
+        cost = kernels.normal_equations(surface, self._columns(), *given, matrix, downhill)
         return matrix, downhill, cost
 
 

@@ -91,10 +91,10 @@ class Plane(Primitive):
         """Return the points (n, 3) of such lengths (n, 2)."""
         return self.point + checks.array("coordinates", coordinates, (None, 2)) @ self.frame[:2]
 
-    def _across(self) -> tuple[Array, Array]:
+    def _across(self) -> Array:
         if self.across is None:
             return super()._across()
-        return self.across, np.cross(self.normal, self.across)
+        return np.stack([self.across, np.cross(self.normal, self.across)])
 
     def _area_density(self, uv: Array) -> Array:
         return np.ones(len(uv))

@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 import simplexmesh as sm
+from simplexmesh._base.vectors import tangents
 from simplexmesh.data.primitives.patch import span
 
 P = sm.primitives
@@ -306,3 +307,9 @@ def test_a_direction_of_coordinates_is_in_the_plane():
 def test_points_on_a_line_leave_the_coordinates_of_a_plane():
     plane = P.Plane([0, 0, 0], [0, 0, 1])
     assert plane.aligned(np.arange(5)[:, None] * [1.0, 2, 0]) is plane
+
+
+@pytest.mark.parametrize("axis", [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, 0, -1), (1, 2, 3), (9, -4.3, 0.1)])
+def test_frames_are_the_tangents_of_their_axis(axis):
+    pipe = P.Cylinder([0, 0, 0], axis, 1.0)
+    assert_allclose(pipe.frame, [*tangents(pipe.axis), pipe.axis], rtol=0, atol=1e-15)
