@@ -32,6 +32,7 @@ CASES = {
     "5 mm, 10 %": (plant_scene, 0.005, 0.1),
     "5 mm, 30 %": (plant_scene, 0.005, 0.3),
     "scanned, 2 mm, 10 %": (scanned_plant, 0.002, 0.1),
+    "scanned, 5 mm, 30 %": (scanned_plant, 0.005, 0.3),
 }
 LEAST = 100  # points of shapes that are asked for, and of those that peers may find
 NEAR = 3  # deviations of the noise: within it points are of a shape
