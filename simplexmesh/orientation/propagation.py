@@ -14,10 +14,21 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import minimum_spanning_tree
 
 from simplexmesh._base.arrays import Array, Indices
+from simplexmesh.numerics.kd_tree import uneven_tree
 from simplexmesh.orientation import _kernels_consistency as kernels
+
+LEAST_AGREEMENT = 0.75
+"""Share of neighboring normals within 90 degrees: with fewer, normals do not tell inside from outside."""
 
 SOFTENING = 0.1
 """Softening in median squared distances of neighbors: less fails with noise, more in thin parts."""
+
+
+def agreement(points: Array, normals: Array) -> float:
+    """Return the share of neighbors, of 2,000 points at most, whose normals are within 90 degrees of each other."""
+    some = np.linspace(0, len(points) - 1, min(len(points), 2000)).astype(int)
+    _, near = uneven_tree(points).query(points[some], k=min(5, len(points)))
+    return float((np.einsum("ij,ikj->ik", normals[some], normals[near[:, 1:]]) > 0).mean())
 
 
 def propagated(offsets: Indices, members: Indices, points: Array, normals: Array) -> Array:

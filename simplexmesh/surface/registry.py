@@ -16,6 +16,7 @@ from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.welding import distinct_positions
 from simplexmesh.mesh.manifold import matched, to_flip
 from simplexmesh.orientation._kernels_consistency import clashing_edges
+from simplexmesh.orientation.propagation import LEAST_AGREEMENT, agreement
 from simplexmesh.surface.neighborhoods import Ball, Nearest, Neighborhood, Neighborhoods, Rings, rings
 from simplexmesh.surface.reasons import EXPLANATIONS, FEW, OPEN
 from simplexmesh.surface.sampled_surface import SampledSurface
@@ -104,8 +105,16 @@ def warn_of_failures(what: str, reasons: NDArray[np.uint8], samples: SampledSurf
 
 
 def warn_of_clashing_faces(samples: SampledSurface, reasons: NDArray[np.uint8], normals: Any) -> None:
-    """Warn if triangles disagree on which side is outward, unless the caller gives normals or all rows failed."""
-    if samples.faces is None or reasons.all() or not (normals is None or isinstance(normals, str)):
+    """Warn if triangles or a cloud's own normals disagree on which side is outward, and some row has not failed."""
+    if reasons.all() or not (normals is None or isinstance(normals, str)):
+        return
+    if samples.faces is None:
+        own = samples.outward if samples.links is None else None
+        if own is not None and (agree := agreement(samples.points, own)) <= LEAST_AGREEMENT:
+            warn(
+                f"normals of neighboring points contradict each other ({1 - agree:.0%}), and so do signs of curvature: "
+                "PointCloud(points) without them gets normals that agree"
+            )
         return
     if count := int(clashing_edges(*samples.wedges)):
         edges = f"{count:,} edge{'s' if count > 1 else ''}"

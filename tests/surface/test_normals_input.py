@@ -61,6 +61,15 @@ class TestClouds:
         expected = sm.curvature(sm.PointCloud(ring.vertices, ring.exact.normals), method, neighborhood=around).mean
         assert_allclose(sm.curvature(ring.vertices, method, neighborhood=around).mean, expected, atol=0.3)
 
+    def test_own_normals_that_contradict_each_other_are_told(self, ring):
+        signs = np.random.default_rng(0).choice([-1, 1], (len(ring.vertices), 1))
+        mixed = sm.PointCloud(ring.vertices, signs * ring.exact.normals)
+        for measure in (sm.curvature, sm.vertex_normals):
+            with pytest.warns(sm.SimplexMeshWarning, match=r"^normals of .* contradict each other \(5\d%\)"):
+                measure(mixed, "quadric")
+            measure(mixed, "quadric", normals=ring.exact.normals)  # those given count
+        measure(sm.PointCloud(mixed.points), "quadric")
+
     def test_given_directions_are_orientation_and_initial_normals(self, ring):
         given_ = -7 * ring.exact.normals
         for method in OF_NEIGHBORS:

@@ -28,7 +28,8 @@ def boolean(first: Any, second: Any, operation: str = "difference") -> TriangleM
     Parameters
     ----------
     first, second : TriangleMesh, SimplexMesh, PyVista or trimesh object, or path
-        Closed surfaces oriented outward; duplicate positions are merged.
+        Closed surfaces oriented outward; duplicate positions are merged. Bodies of one surface that overlap, without
+        cavities, count as their union.
     operation : {"difference", "union", "intersection"}
         `first` minus `second`, either, or both.
 
@@ -109,4 +110,6 @@ def _solid(manifold3d: Any, mesh: TriangleMesh, number: int, name: str) -> Any:
     found = manifold3d.Manifold(given)
     if found.status() != manifold3d.Error.NoError:
         raise ValueError(f"{name} must be a surface with two faces at every edge: {found.status().name}")
-    return found
+    bodies = found.decompose()
+    solid = all(body.volume() > 0 for body in bodies)  # what is within two of them would count twice
+    return manifold3d.Manifold.batch_boolean(bodies, manifold3d.OpType.Add) if solid else found

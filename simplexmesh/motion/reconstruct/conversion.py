@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
-from simplexmesh._base.errors import TopologyError, warn
+from simplexmesh._base.errors import warn
 from simplexmesh._base.vectors import norm
 from simplexmesh.data.conversion import as_data, as_triangles
 from simplexmesh.data.foreign import is_foreign
@@ -24,10 +24,7 @@ from simplexmesh.data.volume import Volume
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.reconstruct.inputs import Input, PointsInput, TrianglesInput, VolumeInput
 from simplexmesh.motion.targets.isosurface import Isosurface
-from simplexmesh.numerics.kd_tree import uneven_tree
-
-LEAST_AGREEMENT = 0.75
-"""Share of neighboring normals within 90 degrees: with fewer, normals do not tell inside from outside."""
+from simplexmesh.orientation.propagation import LEAST_AGREEMENT, agreement
 
 MOST_STRAY = 0.01
 """Largest fraction of stray points: more of them are a part of the object."""
@@ -62,13 +59,7 @@ def as_input(
     if isinstance(item, SimplexMesh):
         item = item.triangulated()
     if isinstance(item, TriangleMesh):
-        try:
-            return TrianglesInput(item.oriented(), components)
-        except TopologyError as error:
-            if not item.is_closed:
-                raise
-            way_out = "points on bodies that touch, `sampled(40_000)`, can be reconstructed"
-            raise TopologyError(f"{error}; {way_out}") from error
+        return TrianglesInput(item.oriented(), components)
     warn_of_steps(item.points)
     return PointsInput(with_consistent_normals(without_stray_points(item)), components)
 
@@ -149,13 +140,10 @@ def with_consistent_normals(cloud: PointCloud) -> PointCloud:
     """Return the cloud, without normals and with a warning if those of neighboring points contradict each other."""
     if cloud.normals is None:
         return cloud
-    some = np.linspace(0, len(cloud.points) - 1, min(len(cloud.points), 2000)).astype(int)
-    _, near = uneven_tree(cloud.points).query(cloud.points[some], k=min(5, len(cloud.points)))
-    agree = np.einsum("ij,ikj->ik", cloud.normals[some], cloud.normals[near[:, 1:]]) > 0
-    if agree.mean() > LEAST_AGREEMENT:
+    agree = agreement(cloud.points, cloud.normals)
+    if agree > LEAST_AGREEMENT:
         return cloud
-    share = f"{1 - agree.mean():.0%}"
-    warn(f"normals of neighboring points contradict each other ({share}); they were left out")
+    warn(f"normals of neighboring points contradict each other ({1 - agree:.0%}); they were left out")
     return replace(cloud, normals=None)
 
 

@@ -110,7 +110,7 @@ def oriented_points(
     if known is not None:
         normals = np.where(dot(normals, known)[:, None] < 0, -normals, normals)
     else:
-        normals = outward_normals(points, Planes(normals, smooth, spacing, noise, near.shape[1]))
+        normals = outward_normals(points, Planes(normals, smooth, spacing, noise, near))
     quadrics = np.empty((2, len(points), 3)) if fine else None
     if quadrics is not None:
         _kernels_local_fits.fit_quadrics(points, near, normals, *quadrics)
@@ -207,7 +207,7 @@ def outward_normals(points: Array, found: Planes) -> Array:
         sample = points[drawn_rows(len(points), ORIENTED, np.random.default_rng(0))]
         spacing, noise, near = neighborhoods(sample)
         normals, _, smooth = fitted(sample, near)
-        planes = Planes(normals, smooth, spacing, noise, near.shape[1])
+        planes = Planes(normals, smooth, spacing, noise, near)
     cell = float(np.ptp(points, axis=0).max()) / 32
     inward = oriented_indicator(sample, planes, cell).at(points)[1]
     normals = np.where(dot(found.normals, inward)[:, None] > 0, -found.normals, found.normals)

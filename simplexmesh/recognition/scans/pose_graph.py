@@ -19,6 +19,9 @@ SYSTEMATIC = 0.3
 """Part of the distances between two scans that neighboring points share, as a scanner's distortions are: more points do
 not average it away."""
 
+ROUNDING = 1e-9
+"""Least deviation of a measured pose, as a part of the extent of scans."""
+
 OUTLYING = 3.0
 """Standard deviations from which a pair loses weight."""
 
@@ -82,6 +85,6 @@ def motions(x: Array) -> Array:
 
 def _whitening(measured: Measured, radius: float) -> Array:
     """Return the matrix (6, 6) that gives small motions after a measured pose unit covariance."""
-    shared = SYSTEMATIC * measured.error
+    shared = max(SYSTEMATIC * measured.error, ROUNDING * radius)  # exact planes leave no distance at all
     covariance = measured.covariance + np.diag([(shared / radius) ** 2] * 3 + [shared**2] * 3)
     return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)))

@@ -100,8 +100,8 @@ def curvature(
     Warns
     -----
     SimplexMeshWarning
-        How many vertices have no estimate, and why; across how many edges triangles disagree on which side is outward;
-        that all are oriented inward.
+        How many vertices have no estimate, and why; across how many edges triangles disagree on which side is outward,
+        or that normals of a cloud do; that all are oriented inward.
 
     Examples
     --------

@@ -82,7 +82,8 @@ def vertex_normals(
     Warns
     -----
     SimplexMeshWarning
-        How many vertices have no estimate, and why; across how many edges triangles disagree on which side is outward.
+        How many vertices have no estimate, and why; across how many edges triangles disagree on which side is outward,
+        or that normals of a cloud do.
 
     Examples
     --------

@@ -92,3 +92,24 @@ def test_the_guide_leads_back_to_where_it_was_made(plan):
     )
     assert np.linalg.norm(off, axis=1).max() < 1e-3
     assert found.penetration < 1e-4
+
+
+@pytest.mark.parametrize(("operation", "volume"), [("union", 1.876), ("difference", 1.874), ("intersection", 0.001)])
+def test_what_is_within_two_bodies_of_one_surface_counts_once(operation, volume):
+    """Two cubes that share an eighth of each, and a small one in or beside them."""
+    cube = box([0, 0, 0], [1, 1, 1])
+    both = sm.TriangleMesh(
+        np.concatenate([cube.vertices, cube.vertices + 0.5]), np.concatenate([cube.faces, cube.faces + 8])
+    )
+    other = box([0.7] * 3, [0.8] * 3) if operation != "union" else box([2.0] * 3, [2.1] * 3)
+    found = sm.boolean(both, other, operation)
+    assert found.volume == pytest.approx(volume, rel=1e-9)
+    assert sm.boolean(other, both, "union").volume == pytest.approx(1.876 if operation == "union" else 1.875, rel=1e-9)
+
+
+def test_cavities_of_bodies_stay():
+    hollow, core = box([0, 0, 0], [1, 1, 1]), box([0.25] * 3, [0.75] * 3)
+    shell = sm.TriangleMesh(
+        np.concatenate([hollow.vertices, core.vertices]), np.concatenate([hollow.faces, core.faces[:, ::-1] + 8])
+    )
+    assert sm.boolean(shell, box([2.0] * 3, [3.0] * 3), "union").volume == pytest.approx(1.875, rel=1e-9)

@@ -188,6 +188,15 @@ class TestPoseGraph:
         found, _ = optimized(near, pairs, [measured(T) for T in between], 1.0)
         np.testing.assert_allclose(found, true, atol=1e-5)
 
+    def test_scans_of_one_exact_plane_have_poses_that_may_be_wrong(self):
+        """No distance remains between them, so that their pose has a covariance of zero."""
+        wall = np.append(np.random.default_rng(0).uniform(0, [3, 2], (2000, 2)), np.zeros((2000, 1)), axis=1)
+        for unit in (1e-6, 1.0, 1e6):
+            with pytest.warns(sm.SimplexMeshWarning, match=r"poses may be wrong, .*: scans\[0\], scans\[1\]$"):
+                found = sm.register_all([unit * wall, unit * (wall + np.array([0.2, 0, 0]))])
+            assert np.abs(found.poses[:, 2, 3]).max() < 1e-9 * unit
+            assert np.isfinite(found.covariance).all()
+
     def test_derivatives_are_those_of_the_residuals(self, monkeypatch):
         """Near poses that fit exactly, against differences."""
         rng = np.random.default_rng(4)

@@ -21,6 +21,7 @@ def vertex_noise(facets: Facets) -> Array:
     The four corners at an inner edge, projected along the normal, have one affine relation. Where the surface is flat,
     the heights in that relation, with coefficients of unit length, have the deviation of a single vertex. The seventh
     of the edges that bends least tells it: creases and curvature bend the others more, and meshes of planes have none.
+    Edges of balls all bend, but to one side and alike: there it is the spread of the bends that tells it.
     Rounded coordinates put many edges into one plane: there half of those tell that are off by less than the rounding.
 
     Regions may have more: there the quartile of the bends to that side which has less tells, as curvature has one side.
@@ -29,7 +30,10 @@ def vertex_noise(facets: Facets) -> Array:
     sides, n = np.stack([half, facets.mates[half]], axis=1) // 3, len(facets.faces)
     bends = _bends(facets, half)
     off, step = np.abs(bends), _step(facets.vertices)
-    noise = float(np.quantile(off, FEW)) / DEVIATION if len(off) >= TELLING or _both_ways(bends) else 0.0
+    noise = 0.0
+    if len(off) >= TELLING or _both_ways(bends):
+        low, high = np.quantile(bends, [0.25, 0.75])
+        noise = float(min(np.quantile(off, FEW) / DEVIATION, (high - low) / 2 / HALF_DEVIATION))
     largest = LARGEST * float(np.sqrt(facets.areas.mean()))
     if step < largest and (off < step).any():
         noise = max(noise, min(float(np.median(off[off < step])) / HALF_DEVIATION, step / np.sqrt(12)))
