@@ -52,18 +52,21 @@ class FaceScore:
         return self.area * self.elongation * self.curvature * self.distance
 
 
-def face_distance(mesh: SimplexMesh, target: Target, reach: float) -> Array:
-    """Return (f,) the mean distance of a face's vertices to the data, or its centroid's if larger; NaN off data."""
+def face_distance(mesh: SimplexMesh, target: Target, reach: float) -> tuple[Array, Array]:
+    """Return (f,) the mean distance of a face's vertices to the data, or its centroid's if larger; NaN off data.
+
+    The second (f,) is by how much the signed distances of the vertices differ.
+    """
     c = mesh.connectivity
-    loops = c.face_vertices, c.face_offsets
+    loops, starts = (c.face_vertices, c.face_offsets), c.face_offsets[:-1]
     at = np.concatenate([mesh.vertices, face_centroids(mesh.vertices, *loops)])
     along = np.concatenate([mesh.normals, face_normals(mesh.vertices, *loops)])
-    gaps = np.abs(target_gaps(target, at, along, reach))
-    here, middle = gaps[: mesh.n_vertices][c.face_vertices], gaps[mesh.n_vertices :]
-    seen = np.add.reduceat(np.isfinite(here).astype(float), c.face_offsets[:-1])
+    gaps = target_gaps(target, at, along, reach)
+    here, middle = gaps[: mesh.n_vertices][c.face_vertices], np.abs(gaps[mesh.n_vertices :])
+    seen = np.add.reduceat(np.isfinite(here).astype(float), starts)
     with np.errstate(invalid="ignore"):
-        mean = np.add.reduceat(np.nan_to_num(here), c.face_offsets[:-1]) / seen
-    return np.fmax(mean, middle)
+        mean = np.add.reduceat(np.nan_to_num(np.abs(here)), starts) / seen
+    return np.fmax(mean, middle), np.fmax.reduceat(here, starts) - np.fmin.reduceat(here, starts)
 
 
 def face_score(mesh: SimplexMesh, away: Array, reach: float) -> FaceScore:
@@ -81,27 +84,18 @@ def face_score(mesh: SimplexMesh, away: Array, reach: float) -> FaceScore:
     return FaceScore(area / max(float(area.sum()), np.finfo(float).tiny), elongation, total, away / reach)
 
 
-def unresolved_faces(mesh: SimplexMesh, target: Target) -> Mask:
-    """Return the faces (f,) smaller than the details that the data shows, if the target has a `resolution`."""
+def unresolved_faces(mesh: SimplexMesh, target: Target, differ: Array | float = 0.0) -> Mask:
+    """Return the faces (f,) smaller than the details that the data shows, if the target has a `resolution`.
+
+    So are those of a mesh at rest whose vertices are not at one surface, but `differ` (f,) in their distances to it:
+    where two sides of the data meet, smaller ones would follow now one, now the other, and pile up.
+    """
     c, resolution = mesh.connectivity, getattr(target, "resolution", None)
     if resolution is None:
         return np.zeros(len(c.face_sizes), bool)
     loops = c.face_vertices, c.face_offsets
-    return np.asarray(face_areas(mesh.vertices, *loops) < resolution(face_centroids(mesh.vertices, *loops)) ** 2)
-
-
-def torn_faces(mesh: SimplexMesh, target: Target, reach: float) -> Mask:
-    """Return the faces (f,) of a mesh at rest whose vertices are not at one surface of data that has a `resolution`.
-
-    Such are those where two sides of it meet: smaller ones follow now one, now the other, and pile up.
-    """
-    c = mesh.connectivity
-    if getattr(target, "resolution", None) is None:
-        return np.zeros(len(c.face_sizes), bool)
-    loops, starts = (c.face_vertices, c.face_offsets), c.face_offsets[:-1]
-    gaps = target_gaps(target, mesh.vertices, mesh.normals, reach)[c.face_vertices]
-    differ = np.fmax.reduceat(gaps, starts) - np.fmin.reduceat(gaps, starts)
-    return np.asarray(differ > TORN * np.sqrt(face_areas(mesh.vertices, *loops)))
+    sizes = np.sqrt(face_areas(mesh.vertices, *loops))
+    return np.asarray((sizes < resolution(face_centroids(mesh.vertices, *loops))) | (differ > TORN * sizes))
 
 
 def divide_faces(

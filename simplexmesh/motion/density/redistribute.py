@@ -20,7 +20,6 @@ from simplexmesh.motion.density.face_edits import (
     face_distance,
     face_score,
     removable_edges,
-    torn_faces,
     unresolved_faces,
     with_even_metric,
 )
@@ -130,9 +129,9 @@ def redistribute_round(
 ) -> Refined:
     """Merge low-scoring faces and divide high-scoring ones, none tangled, to `vertices` in all; without motion."""
     c = mesh.connectivity
-    factors = face_score(mesh, face_distance(mesh, target, reach), reach)
-    undivided = unresolved_faces(mesh, target) | torn_faces(mesh, target, reach)
-    scores = np.where(undivided, 0.0, factors.total)
+    away, differ = face_distance(mesh, target, reach)
+    factors = face_score(mesh, away, reach)
+    scores = np.where(unresolved_faces(mesh, target, differ), 0.0, factors.total)
     scores[c.vertex_faces[tangled_vertices(mesh) if tangled is None else tangled].ravel()] = 0.0
     order = np.argsort(-scores, kind="stable")
     highest = order[(scores[order] > 0) & ~c.face_is_hole[order] & (c.face_sizes[order] > 4)]

@@ -161,7 +161,7 @@ def refine_round(
 
 def refinement_scores(mesh: SimplexMesh, target: Target, reach: float) -> Array:
     """Return the scores of faces (f,), 0 for unresolved ones, and tangled ones, which division would tangle further."""
-    scores = face_score(mesh, face_distance(mesh, target, reach), reach).total
+    scores = face_score(mesh, face_distance(mesh, target, reach)[0], reach).total
     scores[unresolved_faces(mesh, target)] = 0.0
     scores[mesh.connectivity.vertex_faces[tangled_vertices(mesh)].ravel()] = 0.0
     return scores

@@ -122,19 +122,19 @@ class TestScore:
 
     def test_falls_with_the_cube_of_the_number_of_faces(self):
         scores = [
-            np.median(face_score(ball, face_distance(ball, Sphere(), 0.5), 0.5).total)
+            np.median(face_score(ball, face_distance(ball, Sphere(), 0.5)[0], 0.5).total)
             for ball in (sm.sphere(6), sm.sphere(12))
         ]
         assert scores[0] / scores[1] == pytest.approx(4**3, rel=0.2)
 
     def test_the_distance_of_a_face_is_that_of_its_middle_when_its_vertices_are_there(self):
         ball = sm.sphere(3)
-        away = face_distance(ball, Sphere(), 0.5)
+        away = face_distance(ball, Sphere(), 0.5)[0]
         middles = [1 - np.linalg.norm(ball.vertices[loop].mean(axis=0)) for loop in ball.faces]
         np.testing.assert_allclose(away, middles, rtol=1e-9)
 
     def test_the_distance_of_a_face_without_data_is_unknown(self):
-        assert np.isnan(face_distance(sm.sphere(3, radius=3.0), Sphere(), 0.5)).all()
+        assert np.isnan(face_distance(sm.sphere(3, radius=3.0), Sphere(), 0.5)[0]).all()
 
 
 class TestCuts:
@@ -215,7 +215,7 @@ class TestRound:
         target = sm.targets.Triangles(EGG)
         faces = tangled.connectivity.vertex_faces[tangled_vertices(tangled)]
         assert len(faces) > 0
-        assert (face_score(tangled, face_distance(tangled, target, 0.4), 0.4).total[faces] > 0).any()
+        assert (face_score(tangled, face_distance(tangled, target, 0.4)[0], 0.4).total[faces] > 0).any()
         assert (refinement_scores(tangled, target, 0.4)[faces] == 0).all()
         assert (refinement_scores(tangled, target, 0.4) > 0).sum() > 20
 
@@ -445,7 +445,7 @@ class TestRedistribute:
 
     def test_edges_that_may_go_leave_no_large_faces_and_no_triangles(self):
         mesh = egg_of(400)
-        score = face_score(mesh, face_distance(mesh, sm.targets.Triangles(EGG), 0.4), 0.4)
+        score = face_score(mesh, face_distance(mesh, sm.targets.Triangles(EGG), 0.4)[0], 0.4)
         darts, around, merged = removable_edges(mesh.connectivity, score)
         sizes = mesh.connectivity.face_sizes[around]
         assert (sizes[:, :2].sum(axis=1) - 4 <= MOST_MERGED).all()
