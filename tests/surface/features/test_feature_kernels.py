@@ -6,7 +6,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-import pyvista as pv
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components, dijkstra
@@ -19,7 +18,6 @@ from simplexmesh.surface.features.lines._kernels_patches import patches
 from simplexmesh.surface.features.lines.edge_sets import Edges
 from simplexmesh.surface.features.lines.facets import measured
 from simplexmesh.surface.features.lines.invariants import shape_invariant, straight
-from simplexmesh.surface.features.lines.normals import within_zones
 from simplexmesh.surface.features.zoning._kernels_fronts import grow
 from tests.surface.features.sheets import shaken, sheet
 
@@ -222,13 +220,6 @@ class TestShapeInvariant:
     def test_of_a_straight_crease(self):
         """Two of the edges at a vertex bend, and its triangles are in planes."""
         assert straight(0.4) == pytest.approx(4 * (2 * 0.4 / 4 / (2 * np.pi / 6)) ** 2)
-
-
-def test_normals_within_zones_do_not_see_beyond_a_sharp_edge():
-    box = sm.divided(pv.Cube().triangulate().clean(), 0.3)
-    body = facets_of(box)._replace(noise=np.full(box.n_faces, 0.05))
-    labels = np.unique(body.normals.round(), axis=0, return_inverse=True)[1].ravel()
-    assert_allclose(within_zones(body, labels, np.arange(len(labels))), body.normals, atol=1e-12)
 
 
 @pytest.mark.parametrize("body", BODIES)

@@ -7,7 +7,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
 from simplexmesh._base.arrays import Array, Indices, Mask
-from simplexmesh._base.vectors import norm, normalized
+from simplexmesh._base.vectors import norm
 from simplexmesh.surface.features.lines import _kernels_normals
 from simplexmesh.surface.features.lines._kernels_patches import patches
 from simplexmesh.surface.features.lines.facets import EVEN, Facets, measured
@@ -95,12 +95,3 @@ def _filtered(facets: Facets, exact: Mask, offsets: Indices, members: Indices) -
         averaged[exact] = facets.normals[exact]
         normals, averaged = averaged, normals
     return normals
-
-
-def within_zones(facets: Facets, labels: Indices, at: Indices) -> Array:
-    """Return the mean normals (k, 3) of the parts of patches that are in the zones of triangles (k,)."""
-    offsets, inside = patches(facets.faces, len(facets.vertices), facets.centers, PATCH * facets.noise[at], at)
-    owner = np.repeat(np.arange(len(at)), np.diff(offsets))
-    weights = facets.areas[inside] * (labels[inside] == labels[at][owner])
-    total = np.stack([np.bincount(owner, weights * facets.normals[inside, k], len(at)) for k in range(3)], axis=1)
-    return normalized(total.astype(float))
