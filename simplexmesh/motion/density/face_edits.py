@@ -1,4 +1,4 @@
-"""The score of faces, and the edits of one round of refinement: divisions (T2, T6), merges (T1) and swaps (T7).
+"""The score of faces, and the edits of one round of refinement: divisions (T2), merges (T1) and swaps (T7).
 
 The score is a product of four dimensionless factors (Delingette, thesis, 1994, section 5.5.2). The thesis's third, the
 Gaussian curvature, vanishes on cylinders, creases and flat faces that span a cavity. Here it is the bending, the
@@ -98,30 +98,9 @@ def unresolved_faces(mesh: SimplexMesh, target: Target, differ: Array | float = 
     return np.asarray((sizes < resolution(face_centroids(mesh.vertices, *loops))) | (differ > TORN * sizes))
 
 
-def divide_faces(
-    edit: EditableMesh, mesh: SimplexMesh, faces: Indices, budget: int, may_grow: Mask, *, fewest: int = 6
-) -> tuple[int, int]:
-    """Divide faces (m,) in order, by T2 those of `fewest` vertices or more, by T6 the others; count both."""
-    sizes = mesh.connectivity.face_sizes[faces]
-    done = _divide_by_cuts(edit, mesh, faces[sizes >= fewest], budget // 2, may_grow)
-    left, ringed = budget - 2 * done, 0
-    for face in faces[sizes < fewest].tolist():
-        m = int(mesh.connectivity.face_sizes[face])
-        around = edit.around(face)
-        allowed = len(around) == m and all(_may_grow(edit, int(dart), may_grow) for dart in around)
-        if allowed and 2 * m <= left and edit.refine_faces([face]).done.all():
-            left, ringed = left - 2 * m, ringed + 1
-    return done, ringed
-
-
-def _may_grow(edit: EditableMesh, dart: int, may_grow: Mask) -> bool:
-    """Return whether the face on the right of a dart may gain a vertex; faces made in this round may."""
-    across = edit.faces_beside(dart)[1]
-    return across >= len(may_grow) or bool(may_grow[across])
-
-
-def _divide_by_cuts(edit: EditableMesh, mesh: SimplexMesh, faces: Indices, most: int, may_grow: Mask) -> int:
-    """Divide up to `most` of the faces by T2, in their order, and return how many were divided."""
+def divide_faces(edit: EditableMesh, mesh: SimplexMesh, faces: Indices, budget: int, may_grow: Mask) -> int:
+    """Divide faces (m,) by T2, in their order, as long as at most `budget` vertices come of it; count those divided."""
+    most = budget // 2
     c = mesh.connectivity
     pairs = np.full((len(faces), 2), -1, np.int32)
     loops = c.twin.reshape(-1), c.face.reshape(-1), c.face_darts, c.face_offsets

@@ -143,9 +143,9 @@ def redistribute_round(
     edit = EditableMesh(mesh)
     removed_darts = darts[lowest[: _merge_count(merged[lowest], scores[highest], change)]]
     removed = int(edit.remove_edges(removed_darts, in_order=True).done.sum())
-    cut, _ = divide_faces(edit, mesh, highest, 2 * max(change + removed, 0), np.ones(scores.size, bool), fewest=5)
+    cut = divide_faces(edit, mesh, highest, 2 * max(change + removed, 0), np.ones(scores.size, bool))
     swaps, out = edit.even_out(), edit.result()
-    done = Round(0, float(scores.max(initial=0.0)), cut, 0, out.mesh.n_vertices, removed, swaps)
+    done = Round(0, float(scores.max(initial=0.0)), cut, out.mesh.n_vertices, removed, swaps)
     return Refined(with_even_metric(out), out.vertex_map, out.face_map, (done,))
 
 
