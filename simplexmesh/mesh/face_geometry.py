@@ -6,6 +6,7 @@ import numpy as np
 
 from simplexmesh._base.arrays import Array, Indices32
 from simplexmesh._base.vectors import cross, dot, norm, normalized
+from simplexmesh.mesh.connectivity import Connectivity
 
 STEEP = 0.7
 """Cosine between the normals of a face and a vertex; figures of smooth bodies are the same from 0.5 to 0.9."""
@@ -26,6 +27,20 @@ def _face_sums(values: Array, face_offsets: Indices32) -> Array:
 def face_centroids(vertices: Array, face_vertices: Indices32, face_offsets: Indices32) -> Array:
     """Return the mean (f, 3) of each face's vertices."""
     return _face_sums(vertices[face_vertices], face_offsets) / np.diff(face_offsets)[:, None]
+
+
+def raised(vertices: Array, normals: Array, connectivity: Connectivity) -> Array:
+    """Return vertices (n, 3) moved along their unit normals until chords cut off as much as they add, to third order.
+
+    A quarter of the height over the neighbors: triangles with vertices on a paraboloid are off it in the mean by an
+    eighth of curvature times squared edge where hexagons are regular, these heights are half of it. Where a face is
+    `STEEP`, as on an edge of few vertices, and where the normal is zero, nothing moves.
+    """
+    c = connectivity
+    facing = face_normals(vertices, c.face_vertices, c.face_offsets)[c.face]
+    smooth = (dot(facing, normals[:, None]) > STEEP).all(axis=1)
+    height = dot(vertices - vertices[c.neighbors].mean(axis=1), normals)
+    return vertices + np.where(smooth, height / 4, 0.0)[:, None] * normals
 
 
 def curved_centers(vertices: Array, normals: Array, face_vertices: Indices32, face_offsets: Indices32) -> Array:

@@ -30,18 +30,19 @@ def fan(vertices: Array, connectivity: Connectivity, faces: Indices | None = Non
 def curved_fan(
     vertices: Array, normals: Array, connectivity: Connectivity, crease: NDArray[Any] | None
 ) -> tuple[Array, Indices]:
-    """Return what `fan` does, with centers on the curved surface instead of centroids.
+    """Return what `fan` does, raised to the smooth surface: centers onto it, vertices as far as chords are within it.
 
     The normals of vertices on holes and creases (n,) are of one side, or between two, and tell nothing.
     """
     c = connectivity
-    points, triangles = fan(vertices, c)
+    _, triangles = fan(vertices, c)
     untold = c.face_is_hole[c.face].any(axis=1)
     if crease is not None:
         untold = np.logical_or(untold, crease)
     normals = np.where(np.reshape(untold, (-1, 1)), 0.0, normals)
-    centers = face_geometry.curved_centers(vertices, normals, c.face_vertices, c.face_offsets)
-    return np.concatenate([points[: len(vertices)], centers[~c.face_is_hole]]), triangles
+    points = face_geometry.raised(vertices, normals, c)
+    centers = face_geometry.curved_centers(points, normals, c.face_vertices, c.face_offsets)
+    return np.concatenate([points, centers[~c.face_is_hole]]), triangles
 
 
 def dual_triangles(vertices: Array, connectivity: Connectivity) -> tuple[Array, Indices]:

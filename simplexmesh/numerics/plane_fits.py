@@ -26,14 +26,14 @@ class Planes:
     places: Array  # (n, 3) the points, projected onto their planes
     spacing: float  # median distance between neighboring points: the side of the square each represents
     noise: float  # median root mean square distance of the neighbors to their plane
-    neighbors: int  # of each point, itself included
+    near: Indices  # (n, k) the nearest neighbors of each point, itself first
 
 
 def planes(points: Array) -> Planes:
     """Return the planes through the nearest neighbors of each point: 16, or 40 if the noise exceeds 0.45 spacings."""
     even = scan_lines.even(cKDTree(points))
     some = _fit_some(even)
-    return some if len(some.normals) == len(points) else _fit(even, np.arange(len(points)), some.neighbors)
+    return some if len(some.normals) == len(points) else _fit(even, np.arange(len(points)), some.near.shape[1])
 
 
 def subsampled(points: Array) -> Array:
@@ -43,7 +43,7 @@ def subsampled(points: Array) -> Array:
     """
     while True:
         some = _fit_some(scan_lines.even(cKDTree(points)))
-        if some.noise <= some.spacing or some.neighbors < MANY_NEIGHBORS:
+        if some.noise <= some.spacing or some.near.shape[1] < MANY_NEIGHBORS:
             return points
         points = points[::2]
 
@@ -81,9 +81,8 @@ def spacing_within(farthest: Array, count: int) -> float:
     return float(np.median(farthest)) * np.sqrt(np.pi / count)
 
 
-def sided(points: Array, normals: Array, neighbors: int) -> Array:
+def sided(points: Array, normals: Array, near: Indices) -> Array:
     """Return normals (n, 3) of planes through those of the nearest neighbors on the side that rough unit ones tell."""
-    near = scan_lines.even(cKDTree(points)).near(np.arange(len(points)), neighbors)[1]
     out = np.empty_like(normals)
     _kernels_local_fits.fit_sides(np.ascontiguousarray(points), near, normals, SAME_SIDE, out)
     return out
@@ -93,4 +92,4 @@ def _fit(even: Even, places: Indices, count: int) -> Planes:
     distance, near = even.near(places, count)
     normals, variance, projected = fitted(even.points, near)
     noise = float(np.sqrt(np.median(variance)))
-    return Planes(normals, projected, spacing_within(distance[:, -1], count), noise, count)
+    return Planes(normals, projected, spacing_within(distance[:, -1], count), noise, near)

@@ -28,7 +28,7 @@ ACROSS, ROUND = 0.3, 0.25
 the variance across far ones that is along their normal, at most: both sides of a wall are rounder."""
 
 EVERY, PLACES = 16, (2000, 20_000)
-"""Point that is looked at, one in so many, and how many are at least and at most."""
+"""Point that is looked at, one in so many, and how many tell whether there are lines at all, and at most where."""
 
 AGREEING = 15
 """Places next to each other whose median step is taken."""
@@ -81,12 +81,14 @@ def steps(tree: cKDTree) -> Indices:
     points = np.asarray(tree.data)
     if (tree.maxes == tree.mins).all():  # a leaf of all, in which each search takes them one by one
         return np.zeros(tree.n, np.int64)
-    places = points[tree.indices[:: max(1, min(EVERY, tree.n // PLACES[0]), -(-tree.n // PLACES[1]))]]
-    found, some = _steps(tree, places), cKDTree(places)
-    near = some.query(places, k=[*range(1, min(AGREEING, len(places)) + 1)], workers=-1)[1]
-    agreed = np.median(found[near], axis=1).astype(np.int64)
-    if (agreed == agreed[0]).all():
-        return np.full(tree.n, agreed[0])
+    few = max(1, tree.n // PLACES[0])
+    for every in sorted({few, max(min(EVERY, few), -(-tree.n // PLACES[1]))}, reverse=True):
+        places = points[tree.indices[::every]]
+        found, some = _steps(tree, places), cKDTree(places)
+        near = some.query(places, k=[*range(1, min(AGREEING, len(places)) + 1)], workers=-1)[1]
+        agreed = np.median(found[near], axis=1).astype(np.int64)
+        if (agreed == agreed[0]).all():
+            return np.full(tree.n, agreed[0])
     return agreed[some.query(points, workers=-1)[1]]
 
 

@@ -218,7 +218,7 @@ def oriented_indicator(points: Array, found: Planes, cell: float) -> Indicator:
         if faults(best):
             tried.append(min(votes, key=lambda vote: doubt(Fixpoint(vote, fine.indicator(vote), settled=False))))
         best = min((best, *(fixpoint(fine, normals) for normals in tried)), key=doubt)
-    return fine.indicator(sided(points, normalized(-best.field.at(points)[1]), found.neighbors))
+    return fine.indicator(sided(points, normalized(-best.field.at(points)[1]), found.near))
 
 
 def _floods(points: Array, spacing: float) -> Iterator[Flood]:

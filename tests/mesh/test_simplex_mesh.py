@@ -89,11 +89,24 @@ def test_triangulated(method):
     assert sm.dual(triangles).genus == 0
 
 
-def test_the_curved_fan_of_an_ellipsoid_is_closer_to_it_and_leaves_holes_open():
-    egg = sm.ellipsoid((3, 2, 1), 20)
-    values = [egg.triangulated(method).volume / (8 * np.pi) - 1 for method in ("fan", "curved")]
-    assert abs(values[1]) < 0.6 * abs(values[0])
+@pytest.mark.parametrize(
+    ("shape", "volume"),
+    [
+        (lambda n: sm.ellipsoid((3, 2, 1), n), 8 * np.pi),
+        (lambda n: sm.torus(8 * n, 4 * n, radius=2.0, tube_radius=0.7), 2 * np.pi**2 * 2 * 0.7**2),
+    ],
+)
+def test_the_curved_fan_has_the_volume_of_the_smooth_body_to_fourth_order(shape, volume):
+    coarse, fine = shape(5), shape(10)
+    off = [abs(each.triangulated("curved").volume / volume - 1) for each in (coarse, fine)]
+    assert off[0] < 0.1 * abs(coarse.volume / volume - 1)
+    assert off[1] < off[0] / 8
+
+
+def test_the_curved_fan_leaves_holes_open_and_vertices_on_edges_of_few_where_they_are():
     assert len(ALL["plane"].triangulated("curved").faces) == len(ALL["plane"].triangulated("fan").faces)
+    cube = sm.sphere(1, "octahedron")
+    assert_array_equal(cube.triangulated("curved").vertices, cube.triangulated("fan").vertices)
 
 
 def test_the_curved_fan_takes_nothing_from_normals_on_creases_and_holes():

@@ -19,22 +19,23 @@ def test_planes_of_one_side_are_those_of_a_wall():
     points = np.column_stack([rng.random((n, 2)), 0.05 * (outward[:, 2] > 0)])
     turn = rng.uniform(0, 2 * np.pi, n)
     rough = np.cos(0.5) * outward + np.sin(0.5) * np.column_stack([np.cos(turn), np.sin(turn), 0 * turn])
-    assert (np.abs(planes(points).normals[:, 2]) < 0.99).mean() > 0.1
-    np.testing.assert_allclose(sided(points, rough, 40), outward, atol=1e-9)
+    found = planes(points)
+    assert (np.abs(found.normals[:, 2]) < 0.99).mean() > 0.1
+    np.testing.assert_allclose(sided(points, rough, found.near), outward, atol=1e-9)
 
 
 def test_a_point_alone_on_its_side_keeps_its_normal():
     corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0.5, 0.5, 0.1]])
     normals = np.array([[0, 0, 1.0]] * 4 + [[0, 0, -1.0]])
-    np.testing.assert_array_equal(sided(corners, normals, 5), normals)
+    np.testing.assert_array_equal(sided(corners, normals, cKDTree(corners).query(corners, 5)[1]), normals)
 
 
 def test_points_of_no_plane_keep_their_normals():
     """Points on a line, one of them in forty places at once, and rough normals."""
     points = np.concatenate([np.zeros((40, 3)), np.arange(1, 41)[:, None] * [1.0, 2, 3]])
     normals = np.tile([0.0, 0, 1], (80, 1))
-    np.testing.assert_array_equal(sided(points, normals, 16), normals)
-    np.testing.assert_array_equal(sided(points[:1], normals[:1], 1), normals[:1])
+    np.testing.assert_array_equal(sided(points, normals, planes(points).near), normals)
+    np.testing.assert_array_equal(sided(points[:1], normals[:1], np.zeros((1, 1), np.int64)), normals[:1])
 
 
 @given(seed=st.integers(0, 10_000), n=st.integers(1, 300), k=st.integers(1, 9), copies=st.booleans())
