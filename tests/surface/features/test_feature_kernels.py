@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+import pyvista as pv
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components, dijkstra
@@ -18,6 +19,7 @@ from simplexmesh.surface.features.lines._kernels_patches import patches
 from simplexmesh.surface.features.lines.edge_sets import Edges
 from simplexmesh.surface.features.lines.facets import measured
 from simplexmesh.surface.features.lines.invariants import shape_invariant, straight
+from simplexmesh.surface.features.lines.normals import within_zones
 from simplexmesh.surface.features.zoning._kernels_fronts import grow
 from tests.surface.features.sheets import shaken, sheet
 
@@ -105,9 +107,10 @@ class TestPatches:
                 inside |= new
                 todo += new
             expected.append(inside)
-        found = patches(facets.faces, len(facets.vertices), facets.centers, radius)
-        assert_array_equal(found[1][found[0][:-1]], np.arange(len(facets.faces)))
-        assert sets(*found) == expected
+        at = np.arange(len(facets.faces))[::-1].copy()
+        found = patches(facets.faces, len(facets.vertices), facets.centers, radius, at)
+        assert_array_equal(found[1][found[0][:-1]], at)
+        assert sets(*found) == expected[::-1]
         assert len(found[1]) == sum(map(len, expected))
 
 
@@ -145,7 +148,7 @@ class TestGrow:
 def patched(request):
     """Facets, with the patches of their rings."""
     facets = facets_of(shaken(BODIES[request.param], 0.2, request.param))
-    offsets, members = patches(facets.faces, len(facets.vertices), facets.centers, 0.0)
+    offsets, members = patches(facets.faces, len(facets.vertices), facets.centers, 0.0, np.arange(len(facets.faces)))
     return facets, offsets, members, [members[i:j] for i, j in pairwise(offsets)]
 
 
@@ -219,10 +222,17 @@ class TestShapeInvariant:
         assert straight(0.4) == pytest.approx(4 * (2 * 0.4 / 4 / (2 * np.pi / 6)) ** 2)
 
 
+def test_normals_within_zones_do_not_see_beyond_a_sharp_edge():
+    box = sm.divided(pv.Cube().triangulate().clean(), 0.3)
+    body = facets_of(box)._replace(noise=0.05)
+    labels = np.unique(body.normals.round(), axis=0, return_inverse=True)[1].ravel()
+    assert_allclose(within_zones(body, labels, np.arange(len(labels))), body.normals, atol=1e-12)
+
+
 @pytest.mark.parametrize("body", BODIES)
 def test_weights_are_gaussian_in_the_mean_distance(body):
     facets = facets_of(body)
-    offsets, members = patches(facets.faces, body.n_vertices, facets.centers, 0.0)
+    offsets, members = patches(facets.faces, body.n_vertices, facets.centers, 0.0, np.arange(body.n_faces))
     found = np.empty(len(members))
     _kernels_normals.fill_weights(offsets, members, facets.centers, facets.areas, found)
     for t, (i, j) in enumerate(pairwise(offsets)):

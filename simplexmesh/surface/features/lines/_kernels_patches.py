@@ -36,15 +36,16 @@ def _apart(centers, t, u):
 
 
 @njit(cache=True)
-def patches(faces, n_vertices, centers, radius):
-    """Return CSR (offsets, members) of each triangle: itself, those that share a vertex, and those connected.
+def patches(faces, n_vertices, centers, radius, at):
+    """Return CSR (offsets, members) for triangles `at`: themselves, those that share a vertex, and those connected.
 
     Connected are those that share a vertex with one whose center is within a radius of the first's, and are so too.
     """
     starts, around = _around_vertices(faces, n_vertices)
-    offsets, stamp = np.zeros(len(faces) + 1, np.int64), np.full(len(faces), -1, np.int64)
-    members, place = np.empty(16 * len(faces) + 64, np.int64), 0
-    for t in range(len(faces)):
+    offsets, stamp = np.zeros(len(at) + 1, np.int64), np.full(len(faces), -1, np.int64)
+    members, place = np.empty(16 * len(at) + 64, np.int64), 0
+    for i in range(len(at)):
+        t = at[i]
         if place == len(members):
             members = np.concatenate((members, np.empty_like(members)))
         members[place], stamp[t], place, k = t, t, place + 1, place
@@ -62,5 +63,5 @@ def patches(faces, n_vertices, centers, radius):
                         members = np.concatenate((members, np.empty_like(members)))
                     members[place], stamp[other] = other, t
                     place += 1
-        offsets[t + 1] = place
+        offsets[i + 1] = place
     return offsets, members[:place].copy()

@@ -11,7 +11,7 @@ from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.surface.features.lines import _kernels_jumps
 from simplexmesh.surface.features.lines.edge_sets import Chains, Edges
-from simplexmesh.surface.features.lines.normals import sampled
+from simplexmesh.surface.features.lines.normals import sampled, within_zones
 
 DEFAULT_ANGLE = np.radians(10)
 """A crease by default; the normal of tessellated curves jumps by less. Noise leaves filtered normals a tenth."""
@@ -113,9 +113,13 @@ class FilteredSurface:
 
     def creases_at(self, chosen: Mask) -> Creases:
         """Return the creases at edges that form clean lines, which no window crosses."""
-        biased, *first, _ = self.jumps_at(chosen, chosen)
+        normals, beside = self.normals.copy(), np.unique(self.edges.sides[chosen])
+        beside = beside[~self.exact[beside]]
+        normals[beside] = within_zones(self.edges.facets, self.edges.zones(chosen), beside)
+        settled = FilteredSurface(self.edges, normals, self.exact)
+        biased, *first, _ = settled.jumps_at(chosen, chosen)
         found = Creases(self.edges, self.normals, self.exact, chosen, biased, biased, *first)
-        jumps, places, directions, _ = self.jumps_at(chosen, chosen, found.off)
+        jumps, places, directions, _ = settled.jumps_at(chosen, chosen, found.off)
         return replace(found, jumps=jumps, places=places, directions=directions)
 
 

@@ -7,7 +7,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
 from simplexmesh._base.arrays import Array, Indices, Mask
-from simplexmesh._base.vectors import norm
+from simplexmesh._base.vectors import norm, normalized
 from simplexmesh.surface.features.lines import _kernels_normals
 from simplexmesh.surface.features.lines._kernels_patches import patches
 from simplexmesh.surface.features.lines.facets import EVEN, Facets, measured
@@ -39,15 +39,15 @@ def sampled(vertices: Array, faces: Indices, mates: Indices) -> tuple[Facets, Ar
     the most consistent patches around, are alike. A triangle that straddles a crease so takes the normal of one side.
     """
     facets = measured(vertices, faces, mates)
-    noise = vertex_noise(facets)
-    ring = patches(faces, len(vertices), facets.centers, 0.0)
+    noise, everywhere = vertex_noise(facets), np.arange(len(faces))
+    ring = patches(faces, len(vertices), facets.centers, 0.0, everywhere)
     owner, counts = np.repeat(np.arange(len(faces)), np.diff(ring[0])), np.diff(ring[0])
     scales = np.sqrt(4 / np.sqrt(3) * np.bincount(owner, facets.areas[ring[1]]) / counts)
     facets = facets.seen(noise, scales)
     even = facets.uniform | (np.bincount(owner, facets.qualities[ring[1]]) / counts >= EVEN)
     height = 2 * facets.areas / np.maximum(facets.longest, 1e-300)
     exact = (~even | _in_planes(facets, *ring)) & (np.sqrt(2) * noise < EXACT * height)
-    around = patches(faces, len(vertices), facets.centers, PATCH * noise) if noise else ring
+    around = patches(faces, len(vertices), facets.centers, PATCH * noise, everywhere) if noise else ring
     return facets, _filtered(facets, exact, *around), exact
 
 
@@ -94,3 +94,12 @@ def _filtered(facets: Facets, exact: Mask, offsets: Indices, members: Indices) -
         averaged[exact] = facets.normals[exact]
         normals, averaged = averaged, normals
     return normals
+
+
+def within_zones(facets: Facets, labels: Indices, at: Indices) -> Array:
+    """Return the mean normals (k, 3) of the parts of patches that are in the zones of triangles (k,)."""
+    offsets, inside = patches(facets.faces, len(facets.vertices), facets.centers, PATCH * facets.noise, at)
+    owner = np.repeat(np.arange(len(at)), np.diff(offsets))
+    weights = facets.areas[inside] * (labels[inside] == labels[at][owner])
+    total = np.stack([np.bincount(owner, weights * facets.normals[inside, k], len(at)) for k in range(3)], axis=1)
+    return normalized(total.astype(float))
