@@ -36,7 +36,7 @@ def planes(points: Array) -> Planes:
     return some if len(some.normals) == len(points) else _fit(even, np.arange(len(points)), some.near.shape[1])
 
 
-def thinned(points: Array) -> Array:
+def subsampled(points: Array) -> Array:
     """Return every, every second, fourth ... of the points, such that they are as far apart as their noise or more.
 
     Neighbors nearer than that lie about a point in all directions, and tell no plane.

@@ -179,7 +179,7 @@ def speed() -> None:
     ball = sm.targets.Triangles(sm.sphere(40).triangulated())
     for frequency in (10, 30, 70):
         mesh = sm.sphere(frequency)
-        away = face_distance(mesh, ball, 0.3)
+        away = face_distance(mesh, ball, 0.3)[0]
         model = sm.DeformableModel(mesh, ball, reach=0.3)
         jobs = (
             lambda mesh=mesh, away=away: face_score(mesh, away, 0.3),

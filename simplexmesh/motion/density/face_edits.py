@@ -1,4 +1,4 @@
-"""The score of faces, and the edits of one round of refinement: divisions (T2, T6), merges (T1) and swaps (T7).
+"""The score of faces, and the edits of one round of refinement: divisions (T2), merges (T1) and swaps (T7).
 
 The score is a product of four dimensionless factors (Delingette, thesis, 1994, section 5.5.2). The thesis's third, the
 Gaussian curvature, vanishes on cylinders, creases and flat faces that span a cavity. Here it is the bending, the
@@ -52,18 +52,21 @@ class FaceScore:
         return self.area * self.elongation * self.curvature * self.distance
 
 
-def face_distance(mesh: SimplexMesh, target: Target, reach: float) -> Array:
-    """Return (f,) the mean distance of a face's vertices to the data, or its centroid's if larger; NaN off data."""
+def face_distance(mesh: SimplexMesh, target: Target, reach: float) -> tuple[Array, Array]:
+    """Return (f,) the mean distance of a face's vertices to the data, or its centroid's if larger; NaN off data.
+
+    The second (f,) is by how much the signed distances of the vertices differ.
+    """
     c = mesh.connectivity
-    loops = c.face_vertices, c.face_offsets
+    loops, starts = (c.face_vertices, c.face_offsets), c.face_offsets[:-1]
     at = np.concatenate([mesh.vertices, face_centroids(mesh.vertices, *loops)])
     along = np.concatenate([mesh.normals, face_normals(mesh.vertices, *loops)])
-    gaps = np.abs(target_gaps(target, at, along, reach))
-    here, middle = gaps[: mesh.n_vertices][c.face_vertices], gaps[mesh.n_vertices :]
-    seen = np.add.reduceat(np.isfinite(here).astype(float), c.face_offsets[:-1])
+    gaps = target_gaps(target, at, along, reach)
+    here, middle = gaps[: mesh.n_vertices][c.face_vertices], np.abs(gaps[mesh.n_vertices :])
+    seen = np.add.reduceat(np.isfinite(here).astype(float), starts)
     with np.errstate(invalid="ignore"):
-        mean = np.add.reduceat(np.nan_to_num(here), c.face_offsets[:-1]) / seen
-    return np.fmax(mean, middle)
+        mean = np.add.reduceat(np.nan_to_num(np.abs(here)), starts) / seen
+    return np.fmax(mean, middle), np.fmax.reduceat(here, starts) - np.fmin.reduceat(here, starts)
 
 
 def face_score(mesh: SimplexMesh, away: Array, reach: float) -> FaceScore:
@@ -81,53 +84,23 @@ def face_score(mesh: SimplexMesh, away: Array, reach: float) -> FaceScore:
     return FaceScore(area / max(float(area.sum()), np.finfo(float).tiny), elongation, total, away / reach)
 
 
-def unresolved_faces(mesh: SimplexMesh, target: Target) -> Mask:
-    """Return the faces (f,) smaller than the details that the data shows, if the target has a `resolution`."""
+def unresolved_faces(mesh: SimplexMesh, target: Target, differ: Array | float = 0.0) -> Mask:
+    """Return the faces (f,) smaller than the details that the data shows, if the target has a `resolution`.
+
+    So are those of a mesh at rest whose vertices are not at one surface, but `differ` (f,) in their distances to it:
+    where two sides of the data meet, smaller ones would follow now one, now the other, and pile up.
+    """
     c, resolution = mesh.connectivity, getattr(target, "resolution", None)
     if resolution is None:
         return np.zeros(len(c.face_sizes), bool)
     loops = c.face_vertices, c.face_offsets
-    return np.asarray(face_areas(mesh.vertices, *loops) < resolution(face_centroids(mesh.vertices, *loops)) ** 2)
+    sizes = np.sqrt(face_areas(mesh.vertices, *loops))
+    return np.asarray((sizes < resolution(face_centroids(mesh.vertices, *loops))) | (differ > TORN * sizes))
 
 
-def torn_faces(mesh: SimplexMesh, target: Target, reach: float) -> Mask:
-    """Return the faces (f,) of a mesh at rest whose vertices are not at one surface of data that has a `resolution`.
-
-    Such are those where two sides of it meet: smaller ones follow now one, now the other, and pile up.
-    """
-    c = mesh.connectivity
-    if getattr(target, "resolution", None) is None:
-        return np.zeros(len(c.face_sizes), bool)
-    loops, starts = (c.face_vertices, c.face_offsets), c.face_offsets[:-1]
-    gaps = target_gaps(target, mesh.vertices, mesh.normals, reach)[c.face_vertices]
-    differ = np.fmax.reduceat(gaps, starts) - np.fmin.reduceat(gaps, starts)
-    return np.asarray(differ > TORN * np.sqrt(face_areas(mesh.vertices, *loops)))
-
-
-def divide_faces(
-    edit: EditableMesh, mesh: SimplexMesh, faces: Indices, budget: int, may_grow: Mask, *, fewest: int = 6
-) -> tuple[int, int]:
-    """Divide faces (m,) in order, by T2 those of `fewest` vertices or more, by T6 the others; count both."""
-    sizes = mesh.connectivity.face_sizes[faces]
-    done = _divide_by_cuts(edit, mesh, faces[sizes >= fewest], budget // 2, may_grow)
-    left, ringed = budget - 2 * done, 0
-    for face in faces[sizes < fewest].tolist():
-        m = int(mesh.connectivity.face_sizes[face])
-        around = edit.around(face)
-        allowed = len(around) == m and all(_may_grow(edit, int(dart), may_grow) for dart in around)
-        if allowed and 2 * m <= left and edit.refine_faces([face]).done.all():
-            left, ringed = left - 2 * m, ringed + 1
-    return done, ringed
-
-
-def _may_grow(edit: EditableMesh, dart: int, may_grow: Mask) -> bool:
-    """Return whether the face on the right of a dart may gain a vertex; faces made in this round may."""
-    across = edit.faces_beside(dart)[1]
-    return across >= len(may_grow) or bool(may_grow[across])
-
-
-def _divide_by_cuts(edit: EditableMesh, mesh: SimplexMesh, faces: Indices, most: int, may_grow: Mask) -> int:
-    """Divide up to `most` of the faces by T2, in their order, and return how many were divided."""
+def divide_faces(edit: EditableMesh, mesh: SimplexMesh, faces: Indices, budget: int, may_grow: Mask) -> int:
+    """Divide faces (m,) by T2, in their order, as long as at most `budget` vertices come of it; count those divided."""
+    most = budget // 2
     c = mesh.connectivity
     pairs = np.full((len(faces), 2), -1, np.int32)
     loops = c.twin.reshape(-1), c.face.reshape(-1), c.face_darts, c.face_offsets

@@ -20,7 +20,6 @@ from simplexmesh.motion.density.face_edits import (
     face_distance,
     face_score,
     removable_edges,
-    torn_faces,
     unresolved_faces,
     with_even_metric,
 )
@@ -130,9 +129,9 @@ def redistribute_round(
 ) -> Refined:
     """Merge low-scoring faces and divide high-scoring ones, none tangled, to `vertices` in all; without motion."""
     c = mesh.connectivity
-    factors = face_score(mesh, face_distance(mesh, target, reach), reach)
-    undivided = unresolved_faces(mesh, target) | torn_faces(mesh, target, reach)
-    scores = np.where(undivided, 0.0, factors.total)
+    away, differ = face_distance(mesh, target, reach)
+    factors = face_score(mesh, away, reach)
+    scores = np.where(unresolved_faces(mesh, target, differ), 0.0, factors.total)
     scores[c.vertex_faces[tangled_vertices(mesh) if tangled is None else tangled].ravel()] = 0.0
     order = np.argsort(-scores, kind="stable")
     highest = order[(scores[order] > 0) & ~c.face_is_hole[order] & (c.face_sizes[order] > 4)]
@@ -144,9 +143,9 @@ def redistribute_round(
     edit = EditableMesh(mesh)
     removed_darts = darts[lowest[: _merge_count(merged[lowest], scores[highest], change)]]
     removed = int(edit.remove_edges(removed_darts, in_order=True).done.sum())
-    cut, _ = divide_faces(edit, mesh, highest, 2 * max(change + removed, 0), np.ones(scores.size, bool), fewest=5)
+    cut = divide_faces(edit, mesh, highest, 2 * max(change + removed, 0), np.ones(scores.size, bool))
     swaps, out = edit.even_out(), edit.result()
-    done = Round(0, float(scores.max(initial=0.0)), cut, 0, out.mesh.n_vertices, removed, swaps)
+    done = Round(0, float(scores.max(initial=0.0)), cut, out.mesh.n_vertices, removed, swaps)
     return Refined(with_even_metric(out), out.vertex_map, out.face_map, (done,))
 
 

@@ -53,9 +53,9 @@ def refine(
     """Divide the faces of a mesh where it is too coarse for its data, alternating with motion.
 
     A face scores area x elongation x curvature x distance to the data, each without unit; see `face_score`. In each
-    round, those above the threshold are divided in descending order of score, in two by T2 if they have more than five
-    vertices, else into a ring by T6; face sizes are evened out by T7; then the mesh moves, its metric parameters
-    adapted to curvature. Faces with no data within reach, tangled ones and holes are not divided.
+    round, those above the threshold are divided in two by T2, in descending order of score; face sizes are evened out
+    by T7; then the mesh moves, its metric parameters adapted to curvature. Faces with no data within reach, tangled
+    ones and holes are not divided.
 
     Parameters
     ----------
@@ -150,18 +150,18 @@ def refine_round(
     above = above[np.argsort(-scores[above], kind="stable")]
     edit = EditableMesh(mesh)
     may_grow = np.ones(scores.size, bool) if zone is None else zone
-    most = 20 * len(above) * 2 if budget is None else budget
-    cut, ringed = divide_faces(edit, mesh, above, most, may_grow)
+    most = 2 * len(above) if budget is None else budget
+    cut = divide_faces(edit, mesh, above, most, may_grow)
     swaps = edit.even_out(within=None if zone is None else zone & ~mesh.connectivity.face_is_hole)
     out = edit.result()
     highest = float(scores[allowed].max(initial=0.0))
-    done = Round(len(above), highest, cut, ringed, out.mesh.n_vertices, swapped=swaps)
+    done = Round(len(above), highest, cut, out.mesh.n_vertices, swapped=swaps)
     return Refined(with_even_metric(out), out.vertex_map, out.face_map, (done,), not len(above))
 
 
 def refinement_scores(mesh: SimplexMesh, target: Target, reach: float) -> Array:
     """Return the scores of faces (f,), 0 for unresolved ones, and tangled ones, which division would tangle further."""
-    scores = face_score(mesh, face_distance(mesh, target, reach), reach).total
+    scores = face_score(mesh, face_distance(mesh, target, reach)[0], reach).total
     scores[unresolved_faces(mesh, target)] = 0.0
     scores[mesh.connectivity.vertex_faces[tangled_vertices(mesh)].ravel()] = 0.0
     return scores

@@ -86,8 +86,8 @@ class Round:
         Number of faces with a score above the threshold, before the round.
     highest : float
         The highest score, before the round.
-    cut, ringed : int
-        Numbers of faces divided in two (T2), and divided into a ring of faces (T6).
+    cut : int
+        Number of faces divided in two (T2).
     n_vertices : int
         Number of vertices after the round.
     merged : int
@@ -99,7 +99,6 @@ class Round:
     above: int
     highest: float
     cut: int
-    ringed: int
     n_vertices: int
     merged: int = 0
     swapped: int = 0

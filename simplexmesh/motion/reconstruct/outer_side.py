@@ -15,7 +15,7 @@ from simplexmesh._base.vectors import dot, norm
 from simplexmesh.data.points import PointCloud
 from simplexmesh.motion.targets.borders import border_of_points
 from simplexmesh.motion.targets.protocol import Target
-from simplexmesh.numerics.plane_fits import planes, thinned
+from simplexmesh.numerics.plane_fits import planes, subsampled
 from simplexmesh.orientation.poisson import oriented_indicator
 from simplexmesh.orientation.propagation import propagated
 
@@ -53,7 +53,7 @@ def outward_cloud(cloud: PointCloud, *, is_open: bool = False) -> PointCloud:
 
 def _propagated(points: Array) -> Array:
     """Return unit normals (n, 3) with signs propagated between neighbors that are as far apart as their noise."""
-    some = thinned(points)
+    some = subsampled(points)
     found, k = planes(some), min(NEIGHBORS, len(some) - 1)
     near = cKDTree(found.places).query(found.places, k=k + 1, workers=-1)[1]
     normals = propagated(k * np.arange(len(some) + 1), near[:, 1:].ravel(), found.places, found.normals)

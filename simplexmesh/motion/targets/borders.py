@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import norm, tangents
-from simplexmesh.numerics.plane_fits import fitted, thinned
+from simplexmesh.numerics.plane_fits import fitted, subsampled
 
 NEIGHBORS = 24
 MIN_ANGLE_GAP = np.deg2rad(110.0)
@@ -73,7 +73,7 @@ def border_of_points(points: Array) -> Border:
     """Return the border points of a cloud: those whose neighbors, in the tangent plane, are on one side."""
     if len(points) > MAX_POINTS:
         points = points[np.random.default_rng(0).choice(len(points), MAX_POINTS, replace=False)]
-    points = thinned(points)
+    points = subsampled(points)
     k = min(NEIGHBORS, len(points) - 1)
     if k < 3:
         return Border(np.zeros((0, 3)), np.zeros(0))

@@ -12,7 +12,7 @@ from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.shapes import sphere
 from simplexmesh.motion.start import solid_mesh
 from simplexmesh.motion.start.from_points import start_from_points
-from simplexmesh.numerics.plane_fits import planes, spacing_of, thinned
+from simplexmesh.numerics.plane_fits import planes, spacing_of, subsampled
 from simplexmesh.orientation.poisson import Poisson, fixpoint, flooded, oriented_indicator
 
 GENUS = {"ellipsoid.off": 0, "torus.stl": 1, "knot1.off": 1, "eight.off": 2, "elephant.off": 3, "spot.obj": 0}
@@ -159,12 +159,12 @@ def test_points_in_a_plane_are_an_open_surface():
     assert found.openness > 1  # no lid closes it
 
 
-def test_noisy_points_are_thinned_until_they_tell_a_plane():
+def test_noisy_points_are_subsampled_until_they_tell_a_plane():
     rng = np.random.default_rng(2)
     flat = np.column_stack([rng.uniform(-1, 1, (20000, 2)), np.zeros(20000)])
-    assert thinned(flat) is flat
+    assert subsampled(flat) is flat
     noisy = flat + rng.normal(0, 0.05, flat.shape)
-    few = thinned(noisy)
+    few = subsampled(noisy)
     assert 0.05 <= 1.5 * np.sqrt(4 / len(few)) <= 0.15  # noise about a plane through neighbors is less
     up = [(np.abs(planes(points).normals[:, 2]) > 0.9).mean() for points in (noisy, few)]
     assert up[0] < 0.7 < 0.95 < up[1]

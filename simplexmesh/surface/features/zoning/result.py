@@ -96,8 +96,7 @@ class Zones:
             points = vertices[_most_inside(corners, inner)]
             triangles = _most_inside(triangles, clear)
             centers = vertices[self.mesh.faces[triangles]].mean(axis=1)
-            noise = float(found.edges.facets.noise[triangles].mean())
-            out.append(kind_of(points, centers, found.normals[triangles], noise))
+            out.append(kind_of(points, centers, found.normals[triangles], found.edges.facets.noise))
         return out
 
     @property
