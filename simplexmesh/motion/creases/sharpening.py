@@ -89,9 +89,13 @@ def sharpened(mesh: SimplexMesh, points: Array, before: Array, target: Any) -> S
         return None
     lines, surface = crease_lines(mesh, points, noise)
     side = resolution(mesh.area / len(points), noise)
-    if not lines or (told := evidence(lines, surface, points, side)).all < DECISIVE:
+    if not lines:
         return None
-    chosen = [line for line, sure in zip(lines, told.lines, strict=True) if sure > DOUBTED]
+    told = evidence(lines, surface, points, side)
+    least = DOUBTED if told.all > DECISIVE else DECISIVE  # among rounds a line must speak for itself
+    chosen = [line for line, sure in zip(lines, told.lines, strict=True) if sure > least]
+    if not chosen:
+        return None
     return _laid(Scene(mesh, chosen, points, target, ASTRIDE * noise, side))
 
 

@@ -1,5 +1,6 @@
 """Reconstructions with the sharp edges of their data."""
 
+import manifold3d
 import numpy as np
 import pytest
 
@@ -158,13 +159,28 @@ def test_loops_smaller_than_a_face_are_no_lines(seed):
     assert sum(line.length for line in creases) == pytest.approx(8 * HALF.sum(), rel=0.01)
 
 
-@pytest.mark.parametrize(("of_all", "left"), [(20.0, 11), (9.0, 0)])
-def test_lines_against_which_points_speak_go_out(monkeypatch, of_all, left):
+@pytest.mark.parametrize(("of_all", "of_others", "left"), [(20.0, -1.0, 11), (9.0, -1.0, 0), (-50.0, 11.0, 11)])
+def test_lines_against_which_points_speak_go_out(monkeypatch, of_all, of_others, left):
     def evidence(lines, *_):
-        return Evidence(np.where(np.arange(len(lines)) == 3, -3.0, -1.0), of_all)
+        return Evidence(np.where(np.arange(len(lines)) == 3, -3.0, of_others), of_all)
 
     monkeypatch.setattr(sharpening, "evidence", evidence)
     assert len(sm.reconstruct(box_points(), vertices=800).creases) == left
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_sharp_rims_among_many_rounds_are_creases(seed):
+    """A boss on a block with round edges, which speak against edges more than both rims of the boss for them."""
+    ball = manifold3d.Manifold.sphere(0.08, 48)
+    corners = [ball.translate([x, y, z]) for x in (-0.9, 0.9) for y in (-0.5, 0.5) for z in (0.0, 0.4)]
+    block = manifold3d.Manifold.batch_hull(corners)
+    part = (block + manifold3d.Manifold.cylinder(0.5, 0.3, 0.3, 96).translate([0, 0, 0.3])).to_mesh()
+    points = sm.TriangleMesh(part.vert_properties[:, :3], part.tri_verts).sampled(10_000, rng=seed).points
+    rims = sorted(sm.reconstruct(points, vertices=2000).creases, key=lambda line: line.points[0, 2])
+    assert [line.closed for line in rims] == [True, True]
+    for rim, height in zip(rims, (0.48, 0.8), strict=True):
+        assert np.median(np.abs(rim.points[:, 2] - height)) < 0.002
+        assert np.median(np.abs(np.linalg.norm(rim.points[:, :2], axis=1) - 0.3)) < 0.002
 
 
 def test_where_edges_fail_the_model_is_smooth(models):
