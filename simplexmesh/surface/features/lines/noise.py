@@ -15,16 +15,12 @@ def vertex_noise(facets: Facets) -> float:
     The four corners at an inner edge, projected along the normal, have one affine relation. Where the surface is flat,
     the heights in that relation, with coefficients of unit length, have the deviation of a single vertex. The seventh
     of the edges that bends least tells it: creases and curvature bend the others more, and meshes of planes have none.
-    Edges of balls all bend, but to one side and alike: there it is the spread of the bends that tells it.
     Rounded coordinates put many edges into one plane: there half of those tell that are off by less than the rounding.
     """
     half = np.flatnonzero(facets.mates > np.arange(facets.faces.size))
     bends = _bends(facets, half)
     off, step = np.abs(bends), _step(facets.vertices)
-    noise = 0.0
-    if len(off) >= TELLING or _both_ways(bends):
-        low, high = np.quantile(bends, [0.25, 0.75])
-        noise = float(min(np.quantile(off, FEW) / DEVIATION, (high - low) / 2 / HALF_DEVIATION))
+    noise = float(np.quantile(off, FEW)) / DEVIATION if len(off) >= TELLING or _both_ways(bends) else 0.0
     largest = LARGEST * float(np.sqrt(facets.areas.mean()))
     if step < largest and (off < step).any():
         noise = max(noise, min(float(np.median(off[off < step])) / HALF_DEVIATION, step / np.sqrt(12)))
