@@ -94,10 +94,11 @@ class TestPatches:
     @pytest.mark.parametrize("body", BODIES)
     def test_are_the_ring_and_what_is_connected_within_a_radius(self, body, radius):
         facets = facets_of(body)
+        radii = radius * np.random.default_rng(0).uniform(0.7, 1.3, len(facets.faces))
         touching = [{u for u, b in enumerate(facets.faces) if {*a} & {*b}} for a in facets.faces]
 
         def near(t, u):
-            return np.sum((facets.centers[t] - facets.centers[u]) ** 2) <= radius**2
+            return np.sum((facets.centers[t] - facets.centers[u]) ** 2) <= radii[t] ** 2
 
         expected = []
         for t, ring in enumerate(touching):
@@ -108,7 +109,7 @@ class TestPatches:
                 todo += new
             expected.append(inside)
         at = np.arange(len(facets.faces))[::-1].copy()
-        found = patches(facets.faces, len(facets.vertices), facets.centers, radius, at)
+        found = patches(facets.faces, len(facets.vertices), facets.centers, radii[at], at)
         assert_array_equal(found[1][found[0][:-1]], at)
         assert sets(*found) == expected[::-1]
         assert len(found[1]) == sum(map(len, expected))
@@ -148,7 +149,8 @@ class TestGrow:
 def patched(request):
     """Facets, with the patches of their rings."""
     facets = facets_of(shaken(BODIES[request.param], 0.2, request.param))
-    offsets, members = patches(facets.faces, len(facets.vertices), facets.centers, 0.0, np.arange(len(facets.faces)))
+    n = len(facets.faces)
+    offsets, members = patches(facets.faces, len(facets.vertices), facets.centers, np.zeros(n), np.arange(n))
     return facets, offsets, members, [members[i:j] for i, j in pairwise(offsets)]
 
 
@@ -183,17 +185,17 @@ class TestNormals:
         facets, offsets, members, rings = patched
         rng = np.random.default_rng(0)
         weights, out = rng.random(len(members)), np.empty_like(facets.normals)
-        guides = facets.normals + 0.2 * rng.normal(size=out.shape)
-        _kernels_normals.fill_averages(offsets, members, weights, guides, facets.normals, width, out)
+        guides, widths = facets.normals + 0.2 * rng.normal(size=out.shape), width * rng.uniform(1, 2, len(out))
+        _kernels_normals.fill_averages(offsets, members, weights, guides, facets.normals, widths, out)
         for t, ring in enumerate(rings):
-            alike = np.exp(-((guides[ring] - guides[t]) ** 2).sum(axis=1) / (2 * width**2))
+            alike = np.exp(-((guides[ring] - guides[t]) ** 2).sum(axis=1) / (2 * widths[t] ** 2))
             total = (weights[offsets[t] : offsets[t + 1]] * alike) @ facets.normals[ring]
             assert_allclose(out[t], total / np.linalg.norm(total), atol=1e-12)
 
     def test_where_nothing_is_alike_the_guide_is_left(self):
         guides, out = np.array([[1.0, 0, 0], [0, 1.0, 0]]), np.empty((2, 3))
         zero = np.zeros((2, 3))
-        _kernels_normals.fill_averages(np.arange(3), np.arange(2), np.ones(2), guides, zero, 0.1, out)
+        _kernels_normals.fill_averages(np.arange(3), np.arange(2), np.ones(2), guides, zero, np.full(2, 0.1), out)
         assert_array_equal(out, guides)
 
 
@@ -224,7 +226,7 @@ class TestShapeInvariant:
 
 def test_normals_within_zones_do_not_see_beyond_a_sharp_edge():
     box = sm.divided(pv.Cube().triangulate().clean(), 0.3)
-    body = facets_of(box)._replace(noise=0.05)
+    body = facets_of(box)._replace(noise=np.full(box.n_faces, 0.05))
     labels = np.unique(body.normals.round(), axis=0, return_inverse=True)[1].ravel()
     assert_allclose(within_zones(body, labels, np.arange(len(labels))), body.normals, atol=1e-12)
 
@@ -232,7 +234,8 @@ def test_normals_within_zones_do_not_see_beyond_a_sharp_edge():
 @pytest.mark.parametrize("body", BODIES)
 def test_weights_are_gaussian_in_the_mean_distance(body):
     facets = facets_of(body)
-    offsets, members = patches(facets.faces, body.n_vertices, facets.centers, 0.0, np.arange(body.n_faces))
+    everywhere = np.arange(body.n_faces)
+    offsets, members = patches(facets.faces, body.n_vertices, facets.centers, np.zeros(body.n_faces), everywhere)
     found = np.empty(len(members))
     _kernels_normals.fill_weights(offsets, members, facets.centers, facets.areas, found)
     for t, (i, j) in enumerate(pairwise(offsets)):

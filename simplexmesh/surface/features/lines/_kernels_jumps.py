@@ -62,7 +62,7 @@ def _radius(facets, sides, half, start, along):
     for h in range(3 * t, 3 * t + 3):
         if h != half and facets.mates[h] >= 0 and not sides.stops[h]:
             radius = max(radius, _beside(row(facets.centers, facets.mates[h] // 3), start, along)[0])
-    radius = max(REACH * radius, WIDE * math.sqrt(facets.noise * scale))
+    radius = max(REACH * radius, WIDE * math.sqrt(facets.noise[t] * scale))
     return radius if sides.exact[t] else radius + MARGIN * scale
 
 

@@ -64,7 +64,7 @@ def fill_guides(offsets, members, normals, means, spreads, least_gain, limits, g
 
 
 @njit(cache=True, error_model="numpy", parallel=True)
-def fill_averages(offsets, members, weights, guides, normals, width, out):
+def fill_averages(offsets, members, weights, guides, normals, widths, out):
     """Fill the average of the normals in each patch, weighted, and by how near their guides are to its own."""
     for t in prange(len(out)):
         x = y = z = 0.0
@@ -72,7 +72,7 @@ def fill_averages(offsets, members, weights, guides, normals, width, out):
             u, square = members[k], 0.0
             for axis in range(3):
                 square += (guides[t, axis] - guides[u, axis]) ** 2
-            weight = weights[k] * math.exp(-0.5 * square / (width * width))
+            weight = weights[k] * math.exp(-0.5 * square / (widths[t] * widths[t]))
             x, y, z = x + weight * normals[u, 0], y + weight * normals[u, 1], z + weight * normals[u, 2]
         length = math.sqrt(x * x + y * y + z * z)
         for axis, value in enumerate((x, y, z)):

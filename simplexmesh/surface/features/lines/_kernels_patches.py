@@ -36,10 +36,11 @@ def _apart(centers, t, u):
 
 
 @njit(cache=True)
-def patches(faces, n_vertices, centers, radius, at):
+def patches(faces, n_vertices, centers, radii, at):
     """Return CSR (offsets, members) for triangles `at`: themselves, those that share a vertex, and those connected.
 
-    Connected are those that share a vertex with one whose center is within a radius of the first's, and are so too.
+    Connected are those that share a vertex with one whose center is within a radius of the first's, each of which has
+    its own, and are so too.
     """
     starts, around = _around_vertices(faces, n_vertices)
     offsets, stamp = np.zeros(len(at) + 1, np.int64), np.full(len(faces), -1, np.int64)
@@ -48,20 +49,20 @@ def patches(faces, n_vertices, centers, radius, at):
         t = at[i]
         if place == len(members):
             members = np.concatenate((members, np.empty_like(members)))
-        members[place], stamp[t], place, k = t, t, place + 1, place
+        members[place], stamp[t], place, k = t, i, place + 1, place
         while k < place:
             u = members[k]
             k += 1
-            if u != t and (radius == 0.0 or _apart(centers, t, u) > radius * radius):
+            if u != t and (radii[i] == 0.0 or _apart(centers, t, u) > radii[i] * radii[i]):
                 continue
             for j in range(3):
                 for m in range(starts[faces[u, j]], starts[faces[u, j] + 1]):
                     other = around[m]
-                    if stamp[other] == t or (u != t and _apart(centers, t, other) > radius * radius):
+                    if stamp[other] == i or (u != t and _apart(centers, t, other) > radii[i] * radii[i]):
                         continue
                     if place == len(members):
                         members = np.concatenate((members, np.empty_like(members)))
-                    members[place], stamp[other] = other, t
+                    members[place], stamp[other] = other, i
                     place += 1
         offsets[i + 1] = place
     return offsets, members[:place].copy()

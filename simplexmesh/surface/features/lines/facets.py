@@ -58,8 +58,8 @@ class Facets(NamedTuple):
     variances: Array
     """(t,): of the components of a normal along the surface, from the noise of the corners."""
 
-    noise: float
-    """The standard deviation of the vertices along the normal."""
+    noise: Array
+    """(t,): the standard deviation of the corners along the normal."""
 
     simplified: bool
     """Whether triangles are as large as the shape lets them be, so that neighbors tell little of their normals."""
@@ -97,7 +97,7 @@ class Facets(NamedTuple):
         areas = self.areas[inner // 3]
         return bool(areas[bends <= FLAT * (areas @ bends) / areas.sum()].sum() > MOST * areas.sum())
 
-    def seen(self, noise: float, scales: Array) -> Facets:
+    def seen(self, noise: Array, scales: Array) -> Facets:
         """Return them with what the noise of their vertices and the scales (t,) around them tell."""
         variances = noise**2 * self.tilts**2
         known = np.sqrt(variances) @ self.areas < KNOWN * self.areas.sum()
@@ -116,5 +116,5 @@ def measured(vertices: Array, faces: Indices, mates: Indices) -> Facets:
     doubled = norm(vectors)
     normals = vectors / np.where(doubled > 0, doubled, 1.0)[:, None]
     unknown = np.zeros(len(faces))
-    told = sides, doubled / 2, normals, corners.mean(axis=1), unknown, unknown
-    return Facets(vertices, faces, mates, *told, noise=0.0, simplified=False, uniform=False)
+    told = sides, doubled / 2, normals, corners.mean(axis=1), unknown, unknown, unknown
+    return Facets(vertices, faces, mates, *told, simplified=False, uniform=False)

@@ -1,4 +1,4 @@
-"""The noise of the vertices that a surface itself shows."""
+"""The noise of the vertices that a surface itself shows, here and there."""
 
 from __future__ import annotations
 
@@ -6,25 +6,43 @@ import numpy as np
 
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import cross, dot, norm
-from simplexmesh.surface.features.lines.facets import Facets
+from simplexmesh.surface.features.lines.facets import SIMPLIFIED, Facets
+
+REGION = 2000
+"""Most edges that tell the noise of a region, to about a tenth."""
+
+VARYING, SMALLEST = 2.0, 0.08
+"""Regions with more have their own: times the whole's, of the root of a triangle's area; curvature passes for less."""
 
 
-def vertex_noise(facets: Facets) -> float:
-    """Return the standard deviation of the vertices along the normal, as the surface itself shows it.
+def vertex_noise(facets: Facets) -> Array:
+    """Return the standard deviation (t,) of the corners of triangles along the normal, as the surface itself shows it.
 
     The four corners at an inner edge, projected along the normal, have one affine relation. Where the surface is flat,
     the heights in that relation, with coefficients of unit length, have the deviation of a single vertex. The seventh
     of the edges that bends least tells it: creases and curvature bend the others more, and meshes of planes have none.
     Rounded coordinates put many edges into one plane: there half of those tell that are off by less than the rounding.
+
+    Regions may have more: there the quartile of the bends to that side which has less tells, as curvature has one side.
     """
     half = np.flatnonzero(facets.mates > np.arange(facets.faces.size))
+    sides, n = np.stack([half, facets.mates[half]], axis=1) // 3, len(facets.faces)
     bends = _bends(facets, half)
     off, step = np.abs(bends), _step(facets.vertices)
     noise = float(np.quantile(off, FEW)) / DEVIATION if len(off) >= TELLING or _both_ways(bends) else 0.0
     largest = LARGEST * float(np.sqrt(facets.areas.mean()))
     if step < largest and (off < step).any():
         noise = max(noise, min(float(np.median(off[off < step])) / HALF_DEVIATION, step / np.sqrt(12)))
-    return noise if noise < largest else 0.0
+    noise = noise if noise < largest else 0.0
+    squares = np.full(len(half), noise**2)
+    qualities = facets.qualities[sides].mean(axis=1)
+    least = max(VARYING * noise, SMALLEST / LARGEST * largest)
+    for rows in _regions(facets.centers[sides].mean(axis=1)):
+        low, high = np.quantile(bends[rows], [0.25, 0.75]) / HALF_DEVIATION
+        if least < min(-low, high) < largest and qualities[rows].mean() > SIMPLIFIED:
+            squares[rows] = min(-low, high) ** 2
+    total = np.bincount(sides.ravel(), np.repeat(squares, 2), n)
+    return np.sqrt(total / np.maximum(np.bincount(sides.ravel(), minlength=n), 1))
 
 
 def _bends(facets: Facets, half: Indices) -> Array:
@@ -45,6 +63,20 @@ def _bends(facets: Facets, half: Indices) -> Array:
 def _both_ways(bends: Array) -> bool:
     """Return whether edges bend to both sides, as by noise: those of pyramids and hulls bend to one."""
     return len(bends) > 0 and min((bends > 0).mean(), (bends < 0).mean()) > LESSER
+
+
+def _regions(points: Array) -> list[Indices]:
+    """Return the rows of points in each of compact regions: all, halved across the longest extent; none if few."""
+    whole, out = [np.arange(len(points))] if len(points) > REGION else [], []
+    while whole:
+        rows = whole.pop()
+        apart = points[rows] - points[rows].mean(axis=0)
+        ahead = apart @ np.linalg.eigh(apart.T @ apart)[1][:, -1] > 0
+        if len(rows) <= REGION or not ahead.any():
+            out.append(rows)
+        else:
+            whole += [rows[ahead], rows[~ahead]]
+    return out
 
 
 def _step(vertices: Array) -> float:

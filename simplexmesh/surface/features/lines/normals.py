@@ -39,15 +39,16 @@ def sampled(vertices: Array, faces: Indices, mates: Indices) -> tuple[Facets, Ar
     the most consistent patches around, are alike. A triangle that straddles a crease so takes the normal of one side.
     """
     facets = measured(vertices, faces, mates)
-    noise, everywhere = vertex_noise(facets), np.arange(len(faces))
-    ring = patches(faces, len(vertices), facets.centers, 0.0, everywhere)
+    noise = vertex_noise(facets)
+    everywhere = np.arange(len(faces))
+    ring = patches(faces, len(vertices), facets.centers, np.zeros(len(faces)), everywhere)
     owner, counts = np.repeat(np.arange(len(faces)), np.diff(ring[0])), np.diff(ring[0])
     scales = np.sqrt(4 / np.sqrt(3) * np.bincount(owner, facets.areas[ring[1]]) / counts)
     facets = facets.seen(noise, scales)
     even = facets.uniform | (np.bincount(owner, facets.qualities[ring[1]]) / counts >= EVEN)
     height = 2 * facets.areas / np.maximum(facets.longest, 1e-300)
     exact = (~even | _in_planes(facets, *ring)) & (np.sqrt(2) * noise < EXACT * height)
-    around = patches(faces, len(vertices), facets.centers, PATCH * noise, everywhere) if noise else ring
+    around = patches(faces, len(vertices), facets.centers, PATCH * noise, everywhere) if noise.any() else ring
     return facets, _filtered(facets, exact, *around), exact
 
 
@@ -68,7 +69,7 @@ def _in_planes(facets: Facets, offsets: Indices, members: Indices) -> Mask:
     owner, near = np.repeat(np.arange(len(pure)), np.diff(offsets)), pure
     for _ in range(2):
         near = np.bincount(owner, near[members]) > 0
-    coarse = not pure.any() and facets.noise < FLAT * float(facets.scales.mean())
+    coarse = not pure.any() and float(facets.noise.mean()) < FLAT * float(facets.scales.mean())
     paired = np.zeros(len(pure), bool) if facets.uniform else np.bincount(labels)[labels] > 1
     alone: Mask = (paired | coarse) & ~near
     return alone | (np.bincount(labels, pure)[labels] > 0)
@@ -98,7 +99,7 @@ def _filtered(facets: Facets, exact: Mask, offsets: Indices, members: Indices) -
 
 def within_zones(facets: Facets, labels: Indices, at: Indices) -> Array:
     """Return the mean normals (k, 3) of the parts of patches that are in the zones of triangles (k,)."""
-    offsets, inside = patches(facets.faces, len(facets.vertices), facets.centers, PATCH * facets.noise, at)
+    offsets, inside = patches(facets.faces, len(facets.vertices), facets.centers, PATCH * facets.noise[at], at)
     owner = np.repeat(np.arange(len(at)), np.diff(offsets))
     weights = facets.areas[inside] * (labels[inside] == labels[at][owner])
     total = np.stack([np.bincount(owner, weights * facets.normals[inside, k], len(at)) for k in range(3)], axis=1)

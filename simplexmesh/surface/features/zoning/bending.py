@@ -24,8 +24,8 @@ def bending(found: Creases, labels: Indices) -> Array:
     """
     facets, n = found.edges.facets, len(labels)
     scale = float(facets.scales.mean())
-    radius = max(NARROW * scale, WIDE * np.sqrt(facets.noise * scale))
-    offsets, members = patches(facets.faces, len(facets.vertices), facets.centers, radius, np.arange(n))
+    radii = np.maximum(NARROW * scale, WIDE * np.sqrt(facets.noise * scale))
+    offsets, members = patches(facets.faces, len(facets.vertices), facets.centers, radii, np.arange(n))
     owner = np.repeat(np.arange(n), np.diff(offsets))
     inside = labels[members] == labels[owner]
     owner, members = owner[inside], members[inside]

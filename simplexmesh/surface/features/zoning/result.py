@@ -96,7 +96,8 @@ class Zones:
             points = vertices[_most_inside(corners, inner)]
             triangles = _most_inside(triangles, clear)
             centers = vertices[self.mesh.faces[triangles]].mean(axis=1)
-            out.append(kind_of(points, centers, found.normals[triangles], found.edges.facets.noise))
+            noise = float(found.edges.facets.noise[triangles].mean())
+            out.append(kind_of(points, centers, found.normals[triangles], noise))
         return out
 
     @property

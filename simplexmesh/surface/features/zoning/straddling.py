@@ -38,7 +38,11 @@ def _askew(found: Creases) -> Indices:
     """Return the edges of lines that on the whole run to and fro along their crease by more than noise explains."""
     edges, lines = found.edges, found.edges.chains(found.chosen)
     start, end = edges.facets.vertices[edges.ends].transpose(1, 0, 2)
-    aside = edges.lengths**2 - dot(end - start, found.directions) ** 2 - 4 * edges.facets.noise**2
+    aside = (
+        edges.lengths**2
+        - dot(end - start, found.directions) ** 2
+        - 4 * edges.facets.noise[edges.sides].mean(axis=1) ** 2
+    )
     askew = lines.mean(aside / edges.facets.scales[edges.sides].mean(axis=1) ** 2) > ASKEW
     return lines.edges[np.repeat(askew, np.diff(lines.offsets))]
 
