@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks, vectors
 from simplexmesh._base.arrays import Array, Indices
-from simplexmesh._base.errors import TopologyError, counted, warn
+from simplexmesh._base.errors import counted, warn
 from simplexmesh._base.named_arrays import Data, Located, named_arrays, taken
 from simplexmesh._base.units import unit_or_none
 from simplexmesh.data.points import PointCloud
@@ -166,7 +166,7 @@ class TriangleMesh(Located):
         """Return the surface with consistently oriented faces, without duplicate faces.
 
         In each component the minority of the faces is flipped, then closed components that enclose a negative volume
-        are flipped as a whole. Where closed bodies touch along edges, each gets vertices of its own.
+        are flipped as a whole.
 
         Parameters
         ----------
@@ -176,17 +176,17 @@ class TriangleMesh(Located):
         Returns
         -------
         TriangleMesh
-            With the same vertices, and those that were doubled; the surface itself if nothing had to be done.
+            With the same vertices; the surface itself if nothing had to be done.
 
         Raises
         ------
         TopologyError
-            An edge of one body has more than two faces, or the surface is not orientable; the message says where.
+            An edge has more than two faces, or the surface is not orientable; the message says where.
 
         Warns
         -----
         SimplexMeshWarning
-            Faces were flipped or dropped, vertices doubled; the message says how many.
+            Faces were flipped or dropped; the message says how many.
 
         Examples
         --------
@@ -198,20 +198,9 @@ class TriangleMesh(Located):
         [[0, 1, 2], [0, 2, 3]]
         """
         from simplexmesh.mesh import manifold
-        from simplexmesh.mesh.triangles.touching import told_apart
 
         checks.flag("outward", outward)
-        try:
-            kept, mates, repairs = manifold.matched(self.faces)
-        except TopologyError:
-            turn = slice(None, None, -1 if self.volume < 0 else 1)
-            rows, apart = told_apart(self.vertices, self.faces[:, turn])
-            if len(rows) == self.n_vertices:
-                raise
-            doubled = counted(len(rows) - self.n_vertices, "vertex", "vertices")
-            warn(f"doubled {doubled} where bodies touch along edges")
-            data = taken(self.data, rows)
-            return TriangleMesh(self.vertices[rows], apart[:, turn], data, self.unit).oriented(outward=outward)
+        kept, mates, repairs = manifold.matched(self.faces)
         faces, _, _ = manifold.oriented(self.vertices, kept, mates, outward=outward)
         flipped = int(np.count_nonzero((faces != kept).any(axis=1)))
         if flipped:

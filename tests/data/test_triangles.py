@@ -208,32 +208,6 @@ class TestOriented:
     def test_what_is_well_is_left_alone(self, box):
         assert box.oriented() is box
 
-    @pytest.mark.parametrize(
-        ("places", "doubled"),
-        [
-            ([(0, 0, 0), (1, 1, 0)], 2),  # which share an edge
-            ([(0, 0, 0), (1, 0, 0)], 4),  # a side
-            ([(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)], 14),  # of which all four share an edge
-            ([place for place in np.ndindex(3, 3, 3) if sum(place) % 2 == 0], 48),
-        ],
-    )
-    @pytest.mark.parametrize("inside_out", [False, True])
-    def test_bodies_that_touch_along_edges_are_told_apart(self, places, doubled, inside_out):
-        n = len(places)
-        cubes = np.concatenate([CORNERS + place for place in places])
-        T = np.eye(4)
-        T[:3, :3], T[:3, 3] = Rotation.from_euler("xyz", [1, 2, 3]).as_matrix(), [1e3, 2, 3]
-        faces = np.concatenate([BOX + 8 * k for k in range(n)])
-        together = TriangleMesh(cubes, faces[:, ::-1] if inside_out else faces, {"place": cubes}).welded(report=False)
-        with pytest.warns(SimplexMeshWarning, match=f"doubled {doubled} vertices where bodies touch along edges"):
-            found = together.transformed(T).oriented(outward=False)
-        assert (found.n_components, found.n_vertices, found.genus) == (n, 8 * n, 0)
-        assert found.volume == pytest.approx(-n if inside_out else n)
-        assert_allclose(found.vertices, found.data["place"] @ T[:3, :3].T + T[:3, 3], atol=1e-9)
-        assert {frozenset(map(tuple, cubes[8 * k : 8 * k + 8])) for k in range(n)} == {
-            frozenset(map(tuple, found.data["place"][np.unique(found.faces[k : k + 12])])) for k in range(0, 12 * n, 12)
-        }
-
     @pytest.mark.parametrize("share", [2, 3, 7])
     def test_faces_are_turned_like_their_neighbors_and_outward(self, box, share):
         faces = box.faces.copy()

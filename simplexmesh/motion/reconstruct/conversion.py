@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
-from simplexmesh._base.errors import warn
+from simplexmesh._base.errors import TopologyError, warn
 from simplexmesh._base.vectors import norm
 from simplexmesh.data.conversion import as_data, as_triangles
 from simplexmesh.data.foreign import is_foreign
@@ -59,7 +59,13 @@ def as_input(
     if isinstance(item, SimplexMesh):
         item = item.triangulated()
     if isinstance(item, TriangleMesh):
-        return TrianglesInput(item.oriented(), components)
+        try:
+            return TrianglesInput(item.oriented(), components)
+        except TopologyError as error:
+            if not item.is_closed:
+                raise
+            way_out = "points on bodies that touch, `sampled(40_000)`, can be reconstructed"
+            raise TopologyError(f"{error}; {way_out}") from error
     warn_of_steps(item.points)
     return PointsInput(with_consistent_normals(without_stray_points(item)), components)
 

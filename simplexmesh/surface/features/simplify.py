@@ -83,7 +83,7 @@ def simplify(surface: Any, tolerance: float | ArrayLike, *, longest: float | Non
     given = as_triangles(surface, "surface")
     mesh = given.welded(report=False).oriented(outward=False)
     checks.size("surface", mesh.bounds)
-    radii = _radii(tolerance, mesh.n_vertices, given.n_vertices)
+    radii = _radii(tolerance, given.n_vertices, merged=mesh.n_vertices < given.n_vertices)[: mesh.n_vertices]
     limit = np.inf if longest is None else checks.number("longest", longest, 0.0, open_low=True)
     faces, mates, _ = manifold.matched(mesh.faces)
     fans = vertex_fans(faces, mates).astype(np.int64)
@@ -98,14 +98,13 @@ def simplify(surface: Any, tolerance: float | ArrayLike, *, longest: float | Non
     return TriangleMesh(mesh.vertices[used], index.reshape(-1, 3), taken(mesh.data, used), mesh.unit)
 
 
-def _radii(tolerance: float | ArrayLike, n: int, given: int) -> Array:
-    """Return the tolerance of each vertex (n,), of as many as were given."""
+def _radii(tolerance: float | ArrayLike, n: int, *, merged: bool) -> Array:
+    """Return the tolerance of each vertex (n,)."""
     if np.ndim(tolerance) == 0:
         return np.full(n, checks.number("tolerance", tolerance, 0.0, open_low=True))
-    radii = checks.array("tolerance", tolerance, (given,))
-    if n != given:
-        where = "vertices are duplicate or unused, or bodies touch: see TriangleMesh.welded and oriented"
-        raise ValueError(f"tolerance must be one number where {where}")
+    radii = checks.array("tolerance", tolerance, (n,))
+    if merged:
+        raise ValueError("tolerance must be one number where vertices are duplicate or unused: see TriangleMesh.welded")
     if not radii.min() >= 0:
         raise ValueError(f"tolerance must be at least 0 everywhere, not {radii.min():g}")
     return radii

@@ -154,14 +154,16 @@ def test_triangles_are_repaired_or_refused():
         sm.reconstruct((ball.vertices, fin), vertices=400)
 
 
-def test_bodies_that_touch_at_an_edge_are_reconstructed_together():
+def test_bodies_that_touch_at_an_edge_are_reconstructed_from_points_on_them():
+    """As the error says that tells why their triangles are refused."""
     corners = np.array(list(itertools.product((0.0, 1.0), repeat=3)))
     quads = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
     box = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
     both = np.concatenate([corners, corners + np.array([1.0, 1.0, 0.0])])
     two = sm.TriangleMesh(both, np.concatenate([box, box + 8])).welded(report=False)
-    with pytest.warns(sm.SimplexMeshWarning, match="doubled 2 vertices where bodies touch along edges"):
-        model = sm.reconstruct(two, vertices=600, components="all", creases="none")
+    with pytest.raises(sm.TopologyError, match=r"edge .* has 4: .*; points on bodies that touch, .* can be recons"):
+        sm.reconstruct(two, vertices=600)
+    model = sm.reconstruct(two.sampled(40_000), vertices=600, components="all", creases="none")
     assert model.mesh.volume == pytest.approx(2, rel=0.05)
 
 
