@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.errors import TopologyError
@@ -21,10 +22,13 @@ from simplexmesh.mesh.manifold import half_edge_mates
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.mesh.triangles._kernels_half_edges import MIN_COSINE
 from simplexmesh.motion.start import _kernels_remesh
-from simplexmesh.motion.start.topology import pinched, thickened
+from simplexmesh.motion.start.topology import euler, pinched, thickened
 
 PINCHED_INSIDE, PINCHED_OUTSIDE = 0.3, 0.45
 """Values where cells touch at an edge or a corner: the larger outside lets marching cubes separate them."""
+
+SUBDIVIDE_FROM = 200_000
+"""Vertices from which a start is subdivided from a coarser one: collapsing a million edges takes most of a minute."""
 
 FEWEST = 20
 """Vertices of the smallest component that is kept."""
@@ -33,14 +37,29 @@ THICKENINGS = 8
 """Maximum number: the motion corrects excess thickness, but does not untangle a mesh that starts tangled."""
 
 
-def isosurface(field: NDArray[Any], solid: Mask) -> tuple[Array, Indices]:
-    """Return the closed surface of a solid in a field, in cells."""
+def isosurface(field: NDArray[Any], solid: Mask, triangles: int = 0) -> tuple[Array, Indices]:
+    """Return the closed surface of a solid in a field, in cells, on a finer grid if that has too few `triangles`."""
     box = box_around(solid)
     if box is None:
         return np.zeros((0, 3)), np.zeros((0, 3), np.int64)
     around = box_slices(*box, solid.shape, margin=2)
-    vertices, faces = _marching_cubes(_consistent(field[around], solid[around]))
-    return vertices + np.array([side.start for side in around]), faces
+    corner = np.array([side.start for side in around])
+    field, solid = field[around], solid[around]
+    consistent = _consistent(field, solid)
+    vertices, faces = _marching_cubes(consistent)
+    if not 0 < len(faces) < triangles:
+        return vertices + corner, faces
+    shape = np.array(field.shape)
+    for spare in (1.1, 1.5, 2.2):
+        fine = np.ceil((shape - 1) * np.sqrt(spare * triangles / len(faces))).astype(int) + 1
+        finer = _marching_cubes(ndimage.zoom(consistent, fine / shape, order=1))
+        if _euler(finer[1]) != 2 * euler(solid):
+            break
+        if len(finer[1]) >= triangles:
+            return finer[0] * ((shape - 1) / (fine - 1)) + corner, finer[1]
+    while len(faces) < triangles:
+        vertices, faces = subdivided(vertices, faces)
+    return vertices + corner, faces
 
 
 def subdivided(vertices: Array, faces: Indices) -> tuple[Array, Indices]:
@@ -65,6 +84,10 @@ def _consistent(field: NDArray[Any], solid: Mask) -> NDArray[np.float32]:
     at = np.nonzero(pinched(solid))
     out[at] = np.minimum(out[at], np.where(solid[at], PINCHED_INSIDE, -PINCHED_OUTSIDE))
     return out
+
+
+def _euler(faces: Indices) -> int:
+    return len(np.unique(faces)) - len(faces) // 2
 
 
 def _marching_cubes(field: NDArray[np.float32]) -> tuple[Array, Indices]:
@@ -122,8 +145,8 @@ def surface_area(solid: Mask, spacing: Array) -> float:
 def solid_mesh(field: NDArray[np.float32], solid: Mask, T_world_cell: Array, vertices: int) -> tuple[SimplexMesh, Mask]:
     """Return the mesh of a solid, and the solid, thickened where the mesh would intersect itself."""
     best = mesh = _mesh_of(field, solid, T_world_cell, vertices)
-    best_solid, fewest = solid, solid.size
-    for rings in range(2, 2 + THICKENINGS):
+    best_solid, fewest, rounds = solid, solid.size, THICKENINGS if vertices < SUBDIVIDE_FROM else 0
+    for rings in range(2, 2 + rounds):
         tangled = mesh.vertices[tangled_vertices(mesh)]
         if len(tangled) < fewest:
             best, best_solid, fewest = mesh, solid, len(tangled)
@@ -137,19 +160,25 @@ def solid_mesh(field: NDArray[np.float32], solid: Mask, T_world_cell: Array, ver
 
 
 def _mesh_of(field: NDArray[np.float32], solid: Mask, T_world_cell: Array, vertices: int) -> SimplexMesh:
-    positions, faces = isosurface(field, solid)
+    positions, faces = isosurface(field, solid, _min_triangles(vertices))
     if np.linalg.det(T_world_cell[:3, :3]) < 0:
         faces = faces[:, ::-1]
     return _dual_mesh(positions @ T_world_cell[:3, :3].T + T_world_cell[:3, 3], faces, vertices)
 
 
-def _dual_mesh(positions: Array, faces: Indices, vertices: int) -> SimplexMesh:
-    """Return the simplex mesh with `vertices` vertices from a closed triangulation: decimated, relaxed, dualized.
+def _min_triangles(vertices: int) -> int:
+    """Return the minimum number of triangles of the isosurface, 15 % more than wanted; 0 for very large meshes."""
+    return int(1.15 * vertices) if vertices < SUBDIVIDE_FROM else 0
 
-    Triangles that are too few are split first.
-    """
+
+def _dual_mesh(positions: Array, faces: Indices, vertices: int) -> SimplexMesh:
+    """Return the simplex mesh with `vertices` vertices from a closed triangulation: decimated, relaxed, dualized."""
     if not len(faces):
         raise TopologyError("the grid holds no surface to start from")
-    while len(faces) < vertices:
+    levels = 0
+    while vertices >= SUBDIVIDE_FROM and len(faces) * 4**levels < vertices:
+        levels += 1
+    positions, faces = decimated(positions, faces, vertices // 4**levels)
+    for _ in range(levels):
         positions, faces = subdivided(positions, faces)
-    return dual(relaxed(*decimated(positions, faces, vertices)))
+    return dual(relaxed(positions, faces))
