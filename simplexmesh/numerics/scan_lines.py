@@ -30,8 +30,8 @@ the variance across far ones that is along their normal, at most: both sides of 
 EVERY, PLACES = 16, (2000, 20_000)
 """Point that is looked at, one in so many, and how many tell whether there are lines at all, and at most where."""
 
-AGREEING = 15
-"""Places next to each other whose median step is taken."""
+AGREEING, TOGETHER = 15, 4
+"""Places next to each other whose median step is taken, and all of which are on lines: by chance one in 15 seems so."""
 
 
 class Even(NamedTuple):
@@ -82,14 +82,22 @@ def steps(tree: cKDTree) -> Indices:
     if (tree.maxes == tree.mins).all():  # a leaf of all, in which each search takes them one by one
         return np.zeros(tree.n, np.int64)
     few = max(1, tree.n // PLACES[0])
-    for every in sorted({few, max(min(EVERY, few), -(-tree.n // PLACES[1]))}, reverse=True):
-        places = points[tree.indices[::every]]
-        found, some = _steps(tree, places), cKDTree(places)
-        near = some.query(places, k=[*range(1, min(AGREEING, len(places)) + 1)], workers=-1)[1]
-        agreed = np.median(found[near], axis=1).astype(np.int64)
-        if (agreed == agreed[0]).all():
-            return np.full(tree.n, agreed[0])
+    every = max(min(EVERY, few), -(-tree.n // PLACES[1]))
+    if every < few:
+        places = points[tree.indices[::few]]
+        if not (_steps(tree, places) != 1)[_near(cKDTree(places), TOGETHER)].all(axis=1).any():
+            return np.ones(tree.n, np.int64)
+    places = points[tree.indices[::every]]
+    found, some = _steps(tree, places), cKDTree(places)
+    agreed = np.median(found[_near(some, AGREEING)], axis=1).astype(np.int64)
+    if (agreed == agreed[0]).all():
+        return np.full(tree.n, agreed[0])
     return agreed[some.query(points, workers=-1)[1]]
+
+
+def _near(tree: cKDTree, count: int) -> Indices:
+    """Return the rows (n, count) of the places of a tree that are nearest to each."""
+    return np.asarray(tree.query(tree.data, k=[*range(1, min(count, tree.n) + 1)], workers=-1)[1])
 
 
 def _steps(tree: cKDTree, places: Array) -> Indices:

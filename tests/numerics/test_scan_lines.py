@@ -56,6 +56,18 @@ def test_places_have_steps_of_their_own():
     assert (found[12000:] == 4).mean() > 0.98
 
 
+def test_small_things_on_lines_are_found_in_a_large_cloud():
+    """Posts scanned in rings on a floor of 200,000 points, each one in five hundred of them."""
+    rng, n = np.random.default_rng(0), 400
+    floor = np.column_stack([rng.random((188_000, 2)) * 10, np.zeros(188_000)])
+    around, up = np.arange(n) % 40 * (2 * np.pi / 40), np.arange(n) // 40 * 0.0628
+    post = np.column_stack([0.05 * np.cos(around), 0.05 * np.sin(around), 0.2 + up])
+    posts = [post + [1 + 1.6 * i, 1 + 1.6 * j, 0] for i in range(6) for j in range(5)]
+    found = steps(cKDTree(np.concatenate([floor, *posts])))
+    assert (found[188_000:] > 1).mean() > 0.7
+    assert (found[:188_000] == 1).mean() > 0.99
+
+
 @pytest.mark.parametrize("gap", [1, 25])
 def test_each_point_is_the_first_of_its_neighbors_and_the_others_are_even(gap):
     points = lines(gap)
