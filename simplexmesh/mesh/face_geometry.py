@@ -30,7 +30,7 @@ def face_centroids(vertices: Array, face_vertices: Indices32, face_offsets: Indi
 
 
 def raised(vertices: Array, normals: Array, connectivity: Connectivity) -> Array:
-    """Return vertices (n, 3) moved along their unit normals until chords cut off as much as they add, to third order.
+    """Return vertices (n, 3) moved along their unit normals until chords cut off as much as they add.
 
     A quarter of the height over the neighbors: triangles with vertices on a paraboloid are off it in the mean by an
     eighth of curvature times squared edge where hexagons are regular, these heights are half of it. Where a face is

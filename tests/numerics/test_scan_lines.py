@@ -62,7 +62,7 @@ def test_small_things_on_lines_are_found_in_a_large_cloud():
     floor = np.column_stack([rng.random((188_000, 2)) * 10, np.zeros(188_000)])
     around, up = np.arange(n) % 40 * (2 * np.pi / 40), np.arange(n) // 40 * 0.0628
     post = np.column_stack([0.05 * np.cos(around), 0.05 * np.sin(around), 0.2 + up])
-    posts = [post + [1 + 1.6 * i, 1 + 1.6 * j, 0] for i in range(6) for j in range(5)]
+    posts = [post + np.array([1 + 1.6 * i, 1 + 1.6 * j, 0]) for i in range(6) for j in range(5)]
     found = steps(cKDTree(np.concatenate([floor, *posts])))
     assert (found[188_000:] > 1).mean() > 0.7
     assert (found[:188_000] == 1).mean() > 0.99

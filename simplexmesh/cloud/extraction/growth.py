@@ -128,14 +128,14 @@ def candidates(work: Working, now: Grown, wide: Indices, limits: Limits, rng: np
         if kind not in limits.kinds:
             continue
         for some in (near, about) if len(wide) > 1.1 * len(now.members) else (near,):
-            first = begun(now.primitive, kind, work.points[some], work.normals[some])
+            first = started(now.primitive, kind, work.points[some], work.normals[some])
             if first is not None:
                 out.append(refined(first, work.points[about], scale))
     size = float(norm(work.points[near] - work.points[near].mean(axis=0)).max())
     return [each for each in out if limits.allow(each, size)]
 
 
-def begun(now: Primitive, kind: str, points: Array, normals: Array) -> Primitive | None:
+def started(now: Primitive, kind: str, points: Array, normals: Array) -> Primitive | None:
     """Return a start of a kind: of cones about the axis of a cylinder, as noisy normals tell an apex too near."""
     if kind == "cone" and isinstance(now, Cylinder):
         return tapered(points, now)

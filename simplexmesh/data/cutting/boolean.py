@@ -14,6 +14,7 @@ from simplexmesh._base.units import common_unit
 from simplexmesh._base.vectors import cross, dot
 from simplexmesh.data.conversion import as_triangles
 from simplexmesh.data.triangles import TriangleMesh
+from simplexmesh.mesh.triangles.self_intersection import overlapping_boxes
 from simplexmesh.numerics.blending import blended
 
 OPERATIONS = ("difference", "union", "intersection")
@@ -28,8 +29,8 @@ def boolean(first: Any, second: Any, operation: str = "difference") -> TriangleM
     Parameters
     ----------
     first, second : TriangleMesh, SimplexMesh, PyVista or trimesh object, or path
-        Closed surfaces oriented outward; duplicate positions are merged. Bodies of one surface that overlap, without
-        cavities, count as their union.
+        Closed surfaces oriented outward; duplicate positions are merged. Bodies of one surface that overlap count
+        as their union, unless it has cavities: then what is within two of them counts twice.
     operation : {"difference", "union", "intersection"}
         `first` minus `second`, either, or both.
 
@@ -111,5 +112,8 @@ def _solid(manifold3d: Any, mesh: TriangleMesh, number: int, name: str) -> Any:
     if found.status() != manifold3d.Error.NoError:
         raise ValueError(f"{name} must be a surface with two faces at every edge: {found.status().name}")
     bodies = found.decompose()
-    solid = all(body.volume() > 0 for body in bodies)  # what is within two of them would count twice
-    return manifold3d.Manifold.batch_boolean(bodies, manifold3d.OpType.Add) if solid else found
+    low, high = np.array([body.bounding_box() for body in bodies]).reshape(-1, 2, 3).swapaxes(0, 1)
+    apart = not len(overlapping_boxes(low, high, float((high - low).mean())))
+    if apart or any(body.volume() < 0 for body in bodies):  # cavities are within
+        return found
+    return manifold3d.Manifold.batch_boolean(bodies, manifold3d.OpType.Add)  # what is within two would count twice

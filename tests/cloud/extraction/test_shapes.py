@@ -140,7 +140,7 @@ def test_a_cylinder_grows_into_the_cone_it_was_fitted_to(seed):
     limits = Limits(SURFACES, (0.0, np.inf), 50)
     found = grown(work, around, np.ones(2 * count, bool), np.arange(count), limits, rng).primitive
     assert found.kind == "cone"
-    assert found.half_angle == pytest.approx(0.22, abs=0.04)
+    assert found.half_angle == pytest.approx(0.22, abs=0.08)
 
 
 @pytest.mark.parametrize("kind", SHAPES)
