@@ -290,9 +290,9 @@ class SimplexMesh(Located):
         method : {"fan", "curved", "dual"}
             "fan" divides each face into triangles around its centroid and keeps the border exactly; "curved" does too,
             with centroids lifted onto the surface that the normals of the vertices tell, and vertices so much beyond
-            it that the triangles are as far outside as inside in the mean: closest to what is smooth, with its volume, but not checked for crossings;
-            "dual" has a vertex for each face and a triangle for each vertex, fewer of both, and underestimates
-            the curvature.
+            it that the triangles are as far outside as inside in the mean: closest to what is smooth, with its volume,
+            but not checked for crossings; "dual" has a vertex for each face and a triangle for each vertex, fewer of
+            both, and underestimates the curvature.
 
         Examples
         --------
