@@ -331,8 +331,7 @@ class Primitive:
         """Return the parameters (5,) that are the motions of the frame, -1 where there is none."""
         columns = np.full(5, -1)
         columns[list(cls._moves)] = range(len(cls._moves))
-        columns.flags.writeable = False
-        return columns
+        return checks.frozen(columns)
 
     def _summed(
         self, surface: kernels.Revolution, points: Array, weights: Array, loss_scale: float
