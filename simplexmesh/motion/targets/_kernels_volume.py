@@ -160,21 +160,36 @@ def _crossing(field, place, along, reach, pace):
     return math.nan
 
 
+@njit(**LEAN, fastmath=FAST)
+def _line(field, vertices, normals, i):
+    """Return place and normal of a vertex as a continuous index and its change."""
+    T, (x, y, z), (a, b, c) = field.to_index, row(vertices, i), row(normals, i)
+    place = (
+        T[0, 0] * x + T[0, 1] * y + T[0, 2] * z + T[0, 3],
+        T[1, 0] * x + T[1, 1] * y + T[1, 2] * z + T[1, 3],
+        T[2, 0] * x + T[2, 1] * y + T[2, 2] * z + T[2, 3],
+    )
+    along = (
+        T[0, 0] * a + T[0, 1] * b + T[0, 2] * c,
+        T[1, 0] * a + T[1, 1] * b + T[1, 2] * c,
+        T[2, 0] * a + T[2, 1] * b + T[2, 2] * c,
+    )
+    return place, along
+
+
 @partial(Both, pays_from=1000)  # about 200 nanoseconds per vertex
 def isosurface_gaps(vertices, normals, field, reach, pace, out):
     """Fill the signed distance along each normal to the nearest crossing from inside to outside; NaN beyond `reach`."""
-    T = field.to_index
     for i in prange(vertices.shape[0]):
-        x, y, z = row(vertices, i)
-        a, b, c = row(normals, i)
-        place = (
-            T[0, 0] * x + T[0, 1] * y + T[0, 2] * z + T[0, 3],
-            T[1, 0] * x + T[1, 1] * y + T[1, 2] * z + T[1, 3],
-            T[2, 0] * x + T[2, 1] * y + T[2, 2] * z + T[2, 3],
-        )
-        along = (
-            T[0, 0] * a + T[0, 1] * b + T[0, 2] * c,
-            T[1, 0] * a + T[1, 1] * b + T[1, 2] * c,
-            T[2, 0] * a + T[2, 1] * b + T[2, 2] * c,
-        )
+        place, along = _line(field, vertices, normals, i)
         out[i] = _crossing(field, place, along, reach, pace)
+
+
+@partial(Both, pays_from=1000)
+def replace_gaps_beside(vertices, normals, field, reach, pace, gaps):
+    """Replace gaps that end in cells all of whose samples of a mask are alike by those to the nearest crossing."""
+    for i in prange(vertices.shape[0]):
+        if gaps[i] == gaps[i]:
+            place, along = _line(field, vertices, normals, i)
+            if not abs(field_value(field, place, along, gaps[i])) < 0.5 - 1e-6:
+                gaps[i] = _crossing(field, place, along, reach, pace)

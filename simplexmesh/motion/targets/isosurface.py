@@ -12,6 +12,9 @@ from simplexmesh.data.conversion import as_volume
 from simplexmesh.motion.targets import _kernels_volume
 from simplexmesh.motion.targets.protocol import BuiltInTarget, checked_arguments
 
+PACE = 0.7
+"""Step of the search, in voxels; thinner sheets may be missed."""
+
 
 class Isosurface(BuiltInTarget):
     """An isosurface of a volume, located along each vertex's normal with sub-voxel precision.
@@ -69,7 +72,7 @@ class Isosurface(BuiltInTarget):
         """(2, 3) array of float: lowest and highest coordinates of the volume, which close the surface."""
         return self.volume.bounds
 
-    def gap(self, vertices: Array, normals: Array, reach: float, *, pace: float = 0.7) -> Array:
+    def gap(self, vertices: Array, normals: Array, reach: float, *, pace: float = PACE) -> Array:
         """Return (n,) the signed distance along each normal to the nearest valid crossing, NaN beyond `reach`.
 
         Parameters

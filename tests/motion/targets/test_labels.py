@@ -5,8 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import simplexmesh as sm
 from simplexmesh.data.volume import Volume
-from simplexmesh.motion.targets.labels import LabelSurface, _crossings
+from simplexmesh.motion.targets.labels import LabelSurface, _cropped, _crossings
 from tests.motion.targets import reference as naive
 
 AXES = np.array([1, np.sqrt(0.5), 0.5])
@@ -101,7 +102,7 @@ def test_crossings_are_those_between_unlike_neighbors(seed):
     rng = np.random.default_rng(seed)
     mask = rng.uniform(size=tuple(rng.integers(2, 6, 3))) < 0.5
     mask[0, 0, 0] = True
-    places, spread, normals = _crossings(Volume(mask), 1)
+    places, spread, normals = _crossings(_cropped(Volume(mask), 1))
     expected, axes = naive.crossings(mask)
     order, wanted = np.lexsort([*places.T]), np.lexsort([*expected.T])
     np.testing.assert_array_equal(places[order], expected[wanted])
@@ -124,7 +125,7 @@ def test_place_and_spacing_are_physical():
     world = grid.to_world(np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), axis=-1))
     values = np.where(np.linalg.norm(world - center, axis=-1) < radius, 7, 3).astype(np.uint8)
     volume = Volume(values, spacing=spacing, origin=origin, direction=turn)
-    places, _, outward = _crossings(volume, 7)
+    places, _, outward = _crossings(_cropped(volume, 7))
     true = (places - center) / np.linalg.norm(places - center, axis=1)[:, None]
     assert (outward * true).sum(axis=1).mean() > 0.93
     target = LabelSurface(volume, 7)
@@ -159,6 +160,40 @@ def test_region_cut_by_the_border_is_closed_there():
     target = LabelSurface(Volume(np.ones((12, 12, 12), np.uint8)), 1)
     gap = target.gap(np.array([[5.5, 5.5, 10.5]]), np.array([[0, 0, 1.0]]), 3.0)
     assert gap[0] == pytest.approx(1.0, abs=0.02)
+
+
+def box_distance(points, half):
+    """Signed distance to a box around the origin."""
+    beyond = np.abs(points) - half
+    return np.linalg.norm(np.maximum(beyond, 0), axis=1) + np.minimum(beyond.max(axis=1), 0)
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_faces_end_at_their_rims(turned):
+    """Of boxes, whose faces are followed to where they end: no gap ends farther off than the diagonal of a voxel."""
+    half, turn = np.array([25, 20, 8]), np.eye(3)
+    if turned:
+        turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
+    grid = Volume(np.zeros((72, 72, 72)), origin=np.full(3, -35.5))
+    world = grid.to_world(np.moveaxis(np.indices(grid.shape), 0, -1))
+    box = Volume((np.abs(world @ turn) < half).all(axis=-1).astype(np.uint8), origin=grid.origin)
+    rng = np.random.default_rng(1)
+    beside = rng.uniform(-1, 1, (4000, 3)) * half * 1.2
+    axis = rng.integers(0, 3, len(beside))
+    beside[np.arange(len(beside)), axis] = half[axis]  # on the planes of the faces, also beyond their rims
+    normals = np.eye(3)[axis] + rng.normal(scale=0.1, size=beside.shape)
+    normals = normals / np.linalg.norm(normals, axis=1)[:, None] @ turn.T
+    gap = LabelSurface(box).gap(beside @ turn.T, normals, 3.0)
+    ends = beside + (gap[:, None] * normals) @ turn
+    assert np.isfinite(gap).mean() > 0.6
+    assert np.nanmax(np.abs(box_distance(ends, half))) < np.sqrt(3)
+
+
+def test_model_of_a_box_has_no_fins():
+    values = np.zeros((70, 60, 19), np.uint8)
+    values[5:65, 5:55, 5:14] = 1
+    mesh = sm.reconstruct(Volume(values, origin=(-34.5, -29.5, -9)), vertices=4000).mesh
+    assert np.abs(box_distance(mesh.vertices, np.array([30, 25, 4.5]))).max() < 1.0
 
 
 def test_no_label_means_whatever_is_not_zero():
