@@ -62,7 +62,7 @@ def reconstruct(
         `found` tells their share, from a thousandth on also a warning.
     tunnels : float, optional
         Width, in the data's unit, below which the automatic start seals tunnels through the body; 0 keeps them all.
-        Default: what the mesh cannot resolve and, for a level of a volume, 13 voxels; points keep theirs.
+        Default: what the mesh cannot resolve, and three voxels of a volume; points keep theirs.
     poses : path, mapping or sequence, optional
         For several scans: T_world_scan of each, by file name or in order; ``"auto"`` finds them, as `register_all`.
         Without any the scans keep their frames, unless these contradict each other: then poses are found, with a

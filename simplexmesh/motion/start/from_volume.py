@@ -65,7 +65,7 @@ def start_from_volume(
     solid, dropped = pieces(field > 0, components, smallest)
     if tunnels is None:
         voxel = float(np.prod(volume.spacing)) ** (1 / 3)
-        tunnels = max(3 * edge_length(area, vertices), (13 if label is None else 3) * voxel)
+        tunnels = max(3 * edge_length(area, vertices), 3 * voxel)
     solid, sealed = without_tunnels(without_cavities(solid), min(tunnels / (2 * cell), max(solid.shape) / 8))
     T_world_cell = volume.T_world_index @ np.diag([*(cell / volume.spacing), 1.0])
     T_world_cell[:3, 3] += volume.T_world_index[:3, :3] @ first

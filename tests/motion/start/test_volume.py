@@ -166,8 +166,10 @@ def test_a_start_is_thickened_where_it_would_cross_itself_and_has_to_be(body, se
     [("head_ct.mhd", 500, 3000), ("head_ct.mhd", 500, 20_000), ("head_mr.mhd", 10, 4000), ("tooth.nhdr", 600, 4000)],
 )
 def test_organs_are_balls(data_folder, name, level, vertices):
+    """Of the head if the passages of the nose are sealed, which 20,000 vertices resolve."""
     volume = read_volume(data_folder / name)
-    mesh = start_from_volume(volume, level=level, vertices=vertices).mesh
+    tunnels = 40.0 if vertices == 20_000 else None
+    mesh = start_from_volume(volume, level=level, vertices=vertices, tunnels=tunnels).mesh
     assert (mesh.n_vertices, mesh.genus, mesh.n_holes, mesh.n_components) == (vertices, 0, 0, 1)
     assert mesh.volume > 0
     assert mesh.check(self_intersections=True)
