@@ -35,6 +35,9 @@ LEAST_TOLD = 0.001
 MOST_BARE = 0.9
 """Share of the closed mesh around points that may be far from all of them; few and scattered points show no surface."""
 
+ON_A_LINE = 1e-12
+"""Second largest variance of points that lie on a line, up to rounding, in squared diagonals."""
+
 START_SHARE = 0.42
 """Fraction of the vertices in the start when refinement adds the others: 720 of 1,700, as in the thesis."""
 
@@ -174,6 +177,9 @@ class PointsInput(Input):
     def start(self, vertices: int, tunnels: float | None) -> tuple[Start, Target]:
         """Return the dual of a coarse surface around the points, and the target with normals that point out of it."""
         cloud = self.source
+        sides = np.linalg.eigvalsh(np.cov((cloud.points / self.diagonal).T))
+        if sides[1] <= ON_A_LINE:
+            raise ValueError("data must have points of a surface: those given lie on a line")
         options: Any = {"components": self.components, "tunnels": tunnels or 0.0}
         start = start_from_points(cloud, vertices, **options)
         if start.report.openness > 2 * MOST_BARE:

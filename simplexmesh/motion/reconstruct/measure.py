@@ -174,6 +174,8 @@ def measure(run: Run) -> None:
     lid = run.options.holes == "open" and has_lid(run.target, mesh, run.bare)
     off = 0.0 if lid else float((away > limit).mean())
     _warn_of_poor_fit(run, off, float(((missing > limit) & ~enclosed).mean()))
+    if enclosed.mean() > MOST_MISSED and not run.data.layered:  # of volumes, cavities that were filled are told
+        warn(f"{enclosed.mean():.0%} of the data is inside of the model, far from it: a model is an outer surface")
     _warn_of_topology(run, lid=lid)
     run.report(1.0, "done")
 

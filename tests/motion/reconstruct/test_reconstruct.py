@@ -154,6 +154,24 @@ def test_components_are_kept_or_dropped():
     assert both.genus == 0
 
 
+@pytest.mark.parametrize("kind", ["triangles", "points"])
+def test_an_inner_wall_is_told_of(kind):
+    outer, inner = sm.sphere(14).triangulated(), sm.sphere(14).triangulated().scaled(0.8)
+    n = len(outer.vertices)
+    hollow = sm.TriangleMesh(np.r_[outer.vertices, inner.vertices], np.r_[outer.faces, inner.faces + n])
+    data = hollow if kind == "triangles" else hollow.sampled(12_000, rng=0).points
+    with pytest.warns(sm.SimplexMeshWarning, match=r"(39|4\d)% of the data is inside of"):  # 0.64 / 1.64
+        model = sm.reconstruct(data, vertices=600)
+    assert model.mesh.volume == pytest.approx(outer.volume, rel=0.03)
+
+
+@pytest.mark.parametrize("shift", [0.0, 1e4])
+def test_points_on_a_line_are_refused(shift):
+    line = np.random.default_rng(0).normal(size=(500, 1)) * [1.0, 2.0, -0.5] + shift
+    with pytest.raises(ValueError, match="those given lie on a line"):
+        sm.reconstruct(line)
+
+
 def test_tunnels_below_the_given_width_are_sealed():
     axis = np.arange(-14, 15.0)
     x, y, z = np.meshgrid(axis, axis, axis, indexing="ij")
