@@ -36,6 +36,9 @@ from simplexmesh.surface.features.lines.network import FeatureLine
 DECISIVE = 10.0
 """Standard errors by which all points must speak for edges: ridges rounder than can be seen give up to nine."""
 
+CLEAR = 4.0
+"""Standard errors by which points must speak for each of several lines that are edges together: chance gives fewer."""
+
 DOUBTED = -2.0
 """Standard errors by which points may speak against a line of a body with edges."""
 
@@ -92,8 +95,10 @@ def sharpened(mesh: SimplexMesh, points: Array, before: Array, target: Any) -> S
     if not lines:
         return None
     told = evidence(lines, surface, points, side)
-    least = DOUBTED if told.all > DECISIVE else DECISIVE  # among rounds a line must speak for itself
-    chosen = [line for line, sure in zip(lines, told.lines, strict=True) if sure > least]
+    least = DOUBTED if told.together() > DECISIVE else DECISIVE  # among rounds a line must speak for itself
+    if told.together(told.errors > CLEAR) > DECISIVE:
+        least = min(least, CLEAR)
+    chosen = [line for line, sure in zip(lines, told.errors, strict=True) if sure > least]
     if not chosen:
         return None
     return _laid(Scene(mesh, chosen, points, target, ASTRIDE * noise, side))
