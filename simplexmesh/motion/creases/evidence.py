@@ -105,5 +105,5 @@ def _compared(smooth: Array, sharp: Array, of: Indices, count: int) -> Evidence:
     n = np.maximum(np.bincount(of, minlength=count), 1)
     one, two = (np.bincount(of, errors, count) / n + 1e-12 for errors in (smooth, sharp))
     ratio = 0.5 * (np.log(one / two)[of] + smooth / one[of] - sharp / two[of])
-    total = np.bincount(of, ratio, count)
+    total = np.bincount(of, ratio, count).astype(float)
     return Evidence(total, np.bincount(of, ratio**2, count) - total**2 / n)

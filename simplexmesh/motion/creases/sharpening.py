@@ -23,7 +23,7 @@ from simplexmesh.motion.creases.evidence import evidence
 from simplexmesh.motion.creases.line import CreaseLine
 from simplexmesh.motion.creases.lines import crease_lines, resolution
 from simplexmesh.motion.creases.paths import Path, on_paths, respaced, traced
-from simplexmesh.motion.creases.sides import Sided
+from simplexmesh.motion.creases.sides import SETTLED, Sided
 from simplexmesh.motion.creases.unfolding import unfolded
 from simplexmesh.motion.model.deform import DeformableModel
 from simplexmesh.motion.model.state import mean_edge
@@ -50,9 +50,6 @@ BETWEEN = 1.5
 
 ASTRIDE = 2.0
 """In standard deviations of the noise: points nearer to a crease may belong to either side."""
-
-SETTLED = 8
-"""Rings around creases in which vertices move: others are where the smooth model had them, tips of cones too."""
 
 ROUNDED = 2.0
 """In standard deviations of the blur: an isosurface is round as near to a crease."""
