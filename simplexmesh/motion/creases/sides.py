@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from scipy.sparse import bsr_array, coo_array, csr_array, eye_array, kron
+from scipy.sparse import bsr_array, csr_array, eye_array, kron
 from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
@@ -48,29 +48,34 @@ def parts(mesh: SimplexMesh, paths: Sequence[Path]) -> Indices:
     Parts are what is connected near paths, of which those that end freely are cut straight on, so that their sides are
     two parts as well. Faces farther away are of the nearest part.
     """
-    c, n = mesh.connectivity, mesh.n_faces
+    c = mesh.connectivity
     beside = c.edge_faces[~crossed_edges(mesh, paths)]
-    beside = beside[~_on_both_sides_ahead(mesh, paths, beside)]
-    graph = coo_array((np.ones(len(beside), bool), beside.T), shape=(n, n)).tocsr()
+    graph = _linked(beside[~_on_both_sides_ahead(mesh, paths, beside)], mesh.n_faces)
     near = np.unique(c.vertex_faces[dilated(on_paths(paths, mesh.n_vertices), mesh.neighbors, SETTLED)])
     labels = connected_components(graph[near][:, near], directed=False)[1]
     source = dijkstra(graph, indices=near, return_predecessors=True, unweighted=True, min_only=True)[2]
     return np.where(source < 0, labels.max() + 1, labels[np.searchsorted(near, source)])
 
 
+def _linked(beside: Indices32, count: int) -> csr_array:
+    """Return the graph of faces of which pairs (m, 2) are beside each other."""
+    pairs = np.concatenate([beside, beside[:, ::-1]])
+    return csr_array((np.ones(len(pairs), bool), pairs.T), shape=(count, count))
+
+
 def _on_both_sides_ahead(mesh: SimplexMesh, paths: Sequence[Path], beside: Indices32) -> Mask:
-    """Return which pairs of faces (m, 2) near a free end of a path lie on both sides of the way straight on."""
-    c, out = mesh.connectivity, np.zeros(len(beside), bool)
+    """Return which pairs of faces (m, 2), near a free end of a path, lie on both sides of the way straight on."""
+    c, graph, out = mesh.connectivity, _linked(beside, mesh.n_faces), np.zeros(len(beside), bool)
     centers = face_centroids(mesh.vertices, c.face_vertices, c.face_offsets)
     met = np.bincount(np.concatenate([path.steps.ravel() for path in paths]), minlength=mesh.n_vertices)
     for run in (run for path in paths if not path.closed for run in (path.vertices, path.vertices[::-1])):
         if met[end := run[-1]] == 1:
             on = mesh.vertices[end] - mesh.vertices[run[-4:][0]]
-            inside = np.zeros(mesh.n_faces, bool)
-            inside[c.vertex_faces[dilated(np.arange(mesh.n_vertices) == end, mesh.neighbors, 2 * SETTLED)]] = True
+            steps = dijkstra(graph, indices=c.vertex_faces[end], unweighted=True, limit=2 * SETTLED, min_only=True)
             ways = centers[beside] - mesh.vertices[end]
             left = ways @ np.cross(mesh.normals[end], on) > 0
-            out |= inside[beside].all(axis=1) & (left[:, 0] != left[:, 1]) & (ways @ on > 0).any(axis=1)
+            near = np.isfinite(steps[beside]).all(axis=1)
+            out |= near & (left[:, 0] != left[:, 1]) & (ways @ on > 0).any(axis=1)
     return out
 
 
