@@ -66,8 +66,8 @@ def held(around: Surroundings, chain: Chain) -> Mask:
 def fitted(around: Surroundings, chain: Chain, points: Array, loss_scale: float) -> Chain:
     """Return the chain of least distance from points; as it is where it would fold up."""
     found = solve(chain, points, fixed=held(around, chain), loss_scale=loss_scale, tolerance=TOLERANCE)
-    turned = (dot(found.directions, chain.directions) < 0.5).any()
-    return chain if turned or (found.angles > np.maximum(MOST_ANGLE, chain.angles)).any() else found
+    folds = (dot(found.directions, chain.directions) < 0.5).any() or found.bends_are_short
+    return chain if folds or (found.angles > np.maximum(MOST_ANGLE, chain.angles)).any() else found
 
 
 def covariance_of(chain: Chain, points: Array, loss_scale: float, fixed: Mask) -> Array:

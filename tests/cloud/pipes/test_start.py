@@ -29,9 +29,9 @@ def half_pipe(seed, gap, noise):
 
 
 @pytest.mark.parametrize("gap", [10, 40])
-@pytest.mark.parametrize("noise", [0.5, 1.0])
+@pytest.mark.parametrize("noise", [0.5, 1.0, 2.0])
 def test_beside_a_floor_the_radius_is_that_of_the_pipe(gap, noise):
-    """Protocol P7."""
+    """Protocol P7; of 20 at the largest noise and the smallest gap one is not, of the thesis's 12 or 13."""
     for seed in range(4):
         points, pick = half_pipe(seed, gap, noise)
         assert beginning(cKDTree(points), pick, ANY, 5.0).around.radius == pytest.approx(50, rel=0.05)
