@@ -165,17 +165,17 @@ def _beyond(around: Surroundings, steps: list[Step], jump: float) -> list[Step]:
         return []
     at = at[:: -(-len(at) // MOST_GATHERED)]
     found: list[tuple[float, list[Step]]] = []
+    usual, excess = float(np.median([s.support for s in steps[-20:]])), _usual_excess(steps)
     for place, direction in _gatherings(around, at, last):
         if any(norm(np.array([s.point for s in part]) - place).min() < r for _, part in found):
             continue
         step = settled(around, place, direction)
-        usual = float(np.median([s.support for s in steps[-20:]]))
-        if step is None or step.support < SUPPORT * usual or abs(step.excess - _usual_excess(steps)) > ALIKE:
+        if step is None or step.support < SUPPORT * usual or abs(step.excess - excess) > ALIKE:
             continue
         step = _onward(step, last)
         if step is None or not any(_meets(before, step, r, jump) for before in steps[-BACK:]):
             continue
-        part = _seen(around, step, last)
+        part = _seen(around, step, last, excess)
         away = float(norm(part[0].point - last.point))
         if len(part) * STEP >= SHORT and away < (jump + 2 * STEP) * r:
             found.append((away, part))
@@ -230,15 +230,15 @@ def _meets(last: Step, step: Step, r: float, jump: float) -> bool:
     return bool(min(ahead, behind) > 0.5 * r * np.tan(turn / 2) and max(ahead, behind) < 2 * (jump + SHORT) * r)
 
 
-def _seen(around: Surroundings, step: Step, last: Step) -> list[Step]:
-    """Return the steps around one behind a shadow, from the shadow on for some radii."""
+def _seen(around: Surroundings, step: Step, last: Step, excess: float) -> list[Step]:
+    """Return the steps around one behind a shadow, from the shadow on for some radii, as wide as before it."""
     r = around.radius
     ways = []
     for sign in (-1.0, 1.0):
         steps = [step._replace(direction=sign * step.direction)]
         while len(steps) < 12:
             ahead = located(around, steps[-1].point + STEP * r * steps[-1].direction, steps[-1].direction)
-            if ahead is None or not _goes_on(steps, ahead, r):
+            if ahead is None or not _goes_on(steps, ahead, r) or abs(ahead.excess - excess) > ALIKE:
                 break
             if sign < 0 and (ahead.point - last.point) @ last.direction < 0.5 * STEP * r:
                 break
