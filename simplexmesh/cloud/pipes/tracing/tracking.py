@@ -7,6 +7,7 @@ propagation of Chaperon (2002, 3.2) with its half-balls, stop tests and jumps ov
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import takewhile
 from typing import NamedTuple
 
 import numpy as np
@@ -175,10 +176,11 @@ def _beyond(around: Surroundings, steps: list[Step], jump: float) -> list[Step]:
         step = _onward(step, last)
         if step is None or not any(_meets(before, step, r, jump) for before in steps[-BACK:]):
             continue
-        part = _seen(around, step, last, excess)
+        part = _seen(around, step, last)
+        alike = [*takewhile(lambda s: abs(s.excess - excess) < ALIKE, part)]  # each of them is like the one before
         away = float(norm(part[0].point - last.point))
-        if len(part) * STEP >= SHORT and away < (jump + 2 * STEP) * r:
-            found.append((away, part))
+        if alike and len(part) * STEP >= SHORT and away < (jump + 2 * STEP) * r:
+            found.append((away, alike))
     return min(found, key=lambda pair: pair[0])[1] if found else []
 
 
@@ -230,15 +232,15 @@ def _meets(last: Step, step: Step, r: float, jump: float) -> bool:
     return bool(min(ahead, behind) > 0.5 * r * np.tan(turn / 2) and max(ahead, behind) < 2 * (jump + SHORT) * r)
 
 
-def _seen(around: Surroundings, step: Step, last: Step, excess: float) -> list[Step]:
-    """Return the steps around one behind a shadow, from the shadow on for some radii, as wide as before it."""
+def _seen(around: Surroundings, step: Step, last: Step) -> list[Step]:
+    """Return the steps around one behind a shadow, from the shadow on for some radii."""
     r = around.radius
     ways = []
     for sign in (-1.0, 1.0):
         steps = [step._replace(direction=sign * step.direction)]
         while len(steps) < 12:
             ahead = located(around, steps[-1].point + STEP * r * steps[-1].direction, steps[-1].direction)
-            if ahead is None or not _goes_on(steps, ahead, r) or abs(ahead.excess - excess) > ALIKE:
+            if ahead is None or not _goes_on(steps, ahead, r):
                 break
             if sign < 0 and (ahead.point - last.point) @ last.direction < 0.5 * STEP * r:
                 break
