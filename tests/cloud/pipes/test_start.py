@@ -82,9 +82,7 @@ def smooth_body(count):
     return ways * out[:, None] * [1, 1.3, 0.8] + rng.normal(0, 0.003, (count, 3))
 
 
-@pytest.mark.parametrize(
-    ("pick", "why"), [(7, "no cylinder fits"), (22, "no cylinder fits"), (9, "points deviate by")]
-)
+@pytest.mark.parametrize(("pick", "why"), [(7, "no cylinder fits"), (22, "no cylinder fits"), (9, "points deviate by")])
 def test_where_the_noise_is_known_a_body_is_no_pipe(pick, why):
     points = smooth_body(6000)
     tree = cKDTree(points)
