@@ -177,7 +177,7 @@ def _beyond(around: Surroundings, steps: list[Step], jump: float) -> list[Step]:
         if step is None or not any(_meets(before, step, r, jump) for before in steps[-BACK:]):
             continue
         part = _seen(around, step, last)
-        alike = [*takewhile(lambda s: abs(s.excess - excess) < ALIKE, part)]  # each of them is like the one before
+        alike = [*takewhile(lambda s: abs(s.excess - excess) < ALIKE, part)]  # tapers pass step by step
         away = float(norm(part[0].point - last.point))
         if alike and len(part) * STEP >= SHORT and away < (jump + 2 * STEP) * r:
             found.append((away, alike))
