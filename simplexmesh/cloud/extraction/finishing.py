@@ -12,12 +12,21 @@ from simplexmesh.cloud.extraction.working import NEIGHBORS, Working
 from simplexmesh.cloud.fitting.describe import deferred_tests
 from simplexmesh.data.primitives import Primitive, fit_of
 
+AT_ONCE = 500_000
+"""Points that are labeled together, for which 0.2 GB are needed."""
+
 
 def labeled(work: Working, state: Parts, points: Array) -> Indices:
     """Return the labels (n,) of all points: of the primitives of those about them, the nearest one."""
     if len(points) == len(work.points):
         return state.labels
-    distance, near = cKDTree(work.points).query(points, k=NEIGHBORS // 2, workers=-1)
+    tree, starts = cKDTree(work.points), range(0, len(points), AT_ONCE)
+    return np.concatenate([_labeled(work, state, points[k : k + AT_ONCE], tree) for k in starts])
+
+
+def _labeled(work: Working, state: Parts, points: Array, tree: cKDTree) -> Indices:
+    """Return the labels (n,) of some points, by the tree of those that were looked at."""
+    distance, near = tree.query(points, k=NEIGHBORS // 2, workers=-1)
     near = np.where(distance <= work.reach[near], state.labels[near], -1)
     best, labels = np.full(len(points), NONE), np.full(len(points), -1)
     halves = half_spaces(state)

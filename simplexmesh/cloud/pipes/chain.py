@@ -253,8 +253,7 @@ class Chain:
         in the middle of its first straight.
         """
         chain = self.begun(0.5) if self.closed else self
-        least = chain.radii[np.searchsorted(chain.changes[:, 0], np.arange(1, len(chain.corners) - 1) - 0.5)]
-        bends = np.maximum(chain.bend_radii, least)
+        bends = np.maximum(chain.bend_radii, chain._least_bends)
         reaches = np.where(chain.angles > LEAST_ANGLE, bends * np.tan(chain.angles / 2), 0.0)
         before, after = np.append(0.0, reaches), np.append(reaches, 0.0)  # at both ends of each segment
         room_after, room_before = (np.maximum(chain.lengths / 2, chain.lengths - x) for x in (before, after))
@@ -269,6 +268,16 @@ class Chain:
             corners[-1] += last * self.directions[-1]
             changes[changes[:, 0] == 0, 1:] += first
         return Chain(corners, bends * share, self.radii, changes)
+
+    @property
+    def _least_bends(self) -> Array:
+        """(m - 2,) radii of the pipe in the corners."""
+        return self.radii[np.searchsorted(self.changes[:, 0], np.arange(1, len(self.corners) - 1) - 0.5)]
+
+    @property
+    def bends_are_short(self) -> bool:
+        """Whether there was no room for bends as wide as the pipe."""
+        return bool((self.bend_radii < (1 - SHORTEST) * self._least_bends).any())
 
     def begun(self, share: float) -> Chain:
         """Return a closed chain that begins at a share of the way from its last corner to its first one."""

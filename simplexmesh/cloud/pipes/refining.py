@@ -12,7 +12,7 @@ from simplexmesh._base.vectors import cross, dot, norm
 from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.cloud.fitting.solver import solve
 from simplexmesh.cloud.pipes.chain import MOST_ANGLE, Chain
-from simplexmesh.cloud.pipes.tolerances import BAND, FACING, SLIGHT
+from simplexmesh.cloud.pipes.tolerances import BAND, FACING, SHORT, SLIGHT
 from simplexmesh.cloud.pipes.tracing._kernels_tracing import STEP
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.numerics.robust import NORMAL_MAD
@@ -66,8 +66,8 @@ def held(around: Surroundings, chain: Chain) -> Mask:
 def fitted(around: Surroundings, chain: Chain, points: Array, loss_scale: float) -> Chain:
     """Return the chain of least distance from points; as it is where it would fold up."""
     found = solve(chain, points, fixed=held(around, chain), loss_scale=loss_scale, tolerance=TOLERANCE)
-    turned = (dot(found.directions, chain.directions) < 0.5).any()
-    return chain if turned or (found.angles > np.maximum(MOST_ANGLE, chain.angles)).any() else found
+    folds = (dot(found.directions, chain.directions) < 0.5).any() or found.bends_are_short
+    return chain if folds or (found.angles > np.maximum(MOST_ANGLE, chain.angles)).any() else found
 
 
 def covariance_of(chain: Chain, points: Array, loss_scale: float, fixed: Mask) -> Array:
@@ -134,7 +134,7 @@ def _without_corner(chain: Chain, i: int) -> Chain | None:
 
 def _with_one_bend(chain: Chain, i: int) -> Chain | None:
     """Return a chain with one bend instead of corners i and i + 1, if they are near and the axes beside them meet."""
-    if i + 1 >= len(chain.bend_radii) or np.diff(chain.limits[i + 1])[0] > chain.radii.max():
+    if i + 1 >= len(chain.bend_radii) or np.diff(chain.limits[i + 1])[0] > 2 * SHORT * chain.radii.max():
         return None
     u, v = chain.directions[i], chain.directions[i + 2]
     if norm(cross(u, v)) < SLIGHT:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from simplexmesh._base.arrays import Array, Indices
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import dot, normalized, vertex_normals
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.motion.creases.line import CreaseLine
@@ -29,10 +29,20 @@ FEWEST = 8
 
 
 class Evidence(NamedTuple):
-    """Standard errors by which the points beside lines speak for edges: of each line (k,), and of all together."""
+    """By how much the points beside lines speak for edges: log ratios of likelihoods (k,), and their variances."""
 
-    lines: Array
-    all: float
+    ratios: Array
+    variances: Array
+
+    @property
+    def errors(self) -> Array:
+        """The evidence of each line (k,), in standard errors."""
+        return self.ratios / np.sqrt(np.maximum(self.variances, 1e-12))
+
+    def together(self, chosen: Mask | None = None) -> float:
+        """Return the evidence of some lines, or all, in standard errors."""
+        some = slice(None) if chosen is None else chosen
+        return float(self.ratios[some].sum() / np.sqrt(max(self.variances[some].sum(), 1e-12)))
 
 
 def evidence(lines: Sequence[CreaseLine], surface: TriangleMesh, points: Array, side: float) -> Evidence:
@@ -95,7 +105,5 @@ def _compared(smooth: Array, sharp: Array, of: Indices, count: int) -> Evidence:
     n = np.maximum(np.bincount(of, minlength=count), 1)
     one, two = (np.bincount(of, errors, count) / n + 1e-12 for errors in (smooth, sharp))
     ratio = 0.5 * (np.log(one / two)[of] + smooth / one[of] - sharp / two[of])
-    mean = np.bincount(of, ratio, count) / n
-    variance = np.bincount(of, ratio**2, count) / n - mean**2
-    total = np.sqrt(max(float(n @ variance), 1e-12))
-    return Evidence(mean * np.sqrt(n / np.maximum(variance, 1e-12)), float(n @ mean) / total)
+    total = np.bincount(of, ratio, count).astype(float)
+    return Evidence(total, np.bincount(of, ratio**2, count) - total**2 / n)

@@ -23,7 +23,7 @@ from simplexmesh.motion.creases.evidence import evidence
 from simplexmesh.motion.creases.line import CreaseLine
 from simplexmesh.motion.creases.lines import crease_lines, resolution
 from simplexmesh.motion.creases.paths import Path, on_paths, respaced, traced
-from simplexmesh.motion.creases.sides import Sided
+from simplexmesh.motion.creases.sides import SETTLED, Sided
 from simplexmesh.motion.creases.unfolding import unfolded
 from simplexmesh.motion.model.deform import DeformableModel
 from simplexmesh.motion.model.state import mean_edge
@@ -36,6 +36,9 @@ from simplexmesh.surface.features.lines.network import FeatureLine
 DECISIVE = 10.0
 """Standard errors by which all points must speak for edges: ridges rounder than can be seen give up to nine."""
 
+CLEAR = 4.0
+"""Standard errors by which points must speak for each of several lines that are edges together: chance gives fewer."""
+
 DOUBTED = -2.0
 """Standard errors by which points may speak against a line of a body with edges."""
 
@@ -47,9 +50,6 @@ BETWEEN = 1.5
 
 ASTRIDE = 2.0
 """In standard deviations of the noise: points nearer to a crease may belong to either side."""
-
-SETTLED = 8
-"""Rings around creases in which vertices move: others are where the smooth model had them, tips of cones too."""
 
 ROUNDED = 2.0
 """In standard deviations of the blur: an isosurface is round as near to a crease."""
@@ -92,8 +92,10 @@ def sharpened(mesh: SimplexMesh, points: Array, before: Array, target: Any) -> S
     if not lines:
         return None
     told = evidence(lines, surface, points, side)
-    least = DOUBTED if told.all > DECISIVE else DECISIVE  # among rounds a line must speak for itself
-    chosen = [line for line, sure in zip(lines, told.lines, strict=True) if sure > least]
+    least = DOUBTED if told.together() > DECISIVE else DECISIVE  # among rounds a line must speak for itself
+    if told.together(told.errors > CLEAR) > DECISIVE:
+        least = min(least, CLEAR)
+    chosen = [line for line, sure in zip(lines, told.errors, strict=True) if sure > least]
     if not chosen:
         return None
     return _laid(Scene(mesh, chosen, points, target, ASTRIDE * noise, side))

@@ -6,20 +6,25 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from scipy.sparse import bsr_array, coo_array, csr_array, eye_array, kron
-from scipy.sparse.csgraph import connected_components
+from scipy.sparse import bsr_array, csr_array, eye_array, kron
+from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 
-from simplexmesh._base.arrays import Array, Indices, Mask
+from simplexmesh._base.arrays import Array, Indices, Indices32, Mask
 from simplexmesh._base.vectors import norm, normalized, triangle_vectors
 from simplexmesh.data.points import PointCloud
+from simplexmesh.mesh.face_geometry import face_centroids
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.creases.paths import Path
+from simplexmesh.motion.creases.paths import Path, on_paths
 from simplexmesh.motion.targets.points import Points
 from simplexmesh.motion.targets.protocol import BuiltInTarget
 from simplexmesh.motion.targets.triangles import Triangles
+from simplexmesh.motion.topology.face_regions import dilated
 from simplexmesh.numerics.kd_tree import nearest
+
+SETTLED = 8
+"""Rings around creases in which vertices move and have sides: others are where the smooth model had them, tips too."""
 
 FEWEST = 30
 """Points of a part from which it is fitted on its own."""
@@ -38,11 +43,40 @@ def crossed_edges(mesh: SimplexMesh, paths: Sequence[Path]) -> Mask:
 
 
 def parts(mesh: SimplexMesh, paths: Sequence[Path]) -> Indices:
-    """Return the part (f,) of each face of a mesh that is cut along paths."""
+    """Return the part (f,) of each face of a mesh that is cut along paths.
+
+    Parts are what is connected near paths, of which those that end freely are cut straight on, so that their sides are
+    two parts as well. Faces farther away are of the nearest part.
+    """
     c = mesh.connectivity
-    beside, n = c.edge_faces[~crossed_edges(mesh, paths)], len(c.face_sizes)
-    graph = coo_array((np.ones(len(beside), bool), beside.T), shape=(n, n))
-    return np.asarray(connected_components(graph, directed=False)[1])
+    beside = c.edge_faces[~crossed_edges(mesh, paths)]
+    graph = _linked(beside[~_on_both_sides_ahead(mesh, paths, beside)], mesh.n_faces)
+    near = np.unique(c.vertex_faces[dilated(on_paths(paths, mesh.n_vertices), mesh.neighbors, SETTLED)])
+    labels = connected_components(graph[near][:, near], directed=False)[1]
+    source = dijkstra(graph, indices=near, return_predecessors=True, unweighted=True, min_only=True)[2]
+    return np.where(source < 0, labels.max() + 1, labels[np.searchsorted(near, source)])
+
+
+def _linked(beside: Indices32, count: int) -> csr_array:
+    """Return the graph of faces of which pairs (m, 2) are beside each other."""
+    pairs = np.concatenate([beside, beside[:, ::-1]])
+    return csr_array((np.ones(len(pairs), bool), pairs.T), shape=(count, count))
+
+
+def _on_both_sides_ahead(mesh: SimplexMesh, paths: Sequence[Path], beside: Indices32) -> Mask:
+    """Return which pairs of faces (m, 2), near a free end of a path, lie on both sides of the way straight on."""
+    c, graph, out = mesh.connectivity, _linked(beside, mesh.n_faces), np.zeros(len(beside), bool)
+    centers = face_centroids(mesh.vertices, c.face_vertices, c.face_offsets)
+    met = np.bincount(np.concatenate([path.steps.ravel() for path in paths]), minlength=mesh.n_vertices)
+    for run in (run for path in paths if not path.closed for run in (path.vertices, path.vertices[::-1])):
+        if met[end := run[-1]] == 1:
+            on = mesh.vertices[end] - mesh.vertices[run[-4:][0]]
+            steps = dijkstra(graph, indices=c.vertex_faces[end], unweighted=True, limit=2 * SETTLED, min_only=True)
+            ways = centers[beside] - mesh.vertices[end]
+            left = ways @ np.cross(mesh.normals[end], on) > 0
+            near = np.isfinite(steps[beside]).all(axis=1)
+            out |= near & (left[:, 0] != left[:, 1]) & (ways @ on > 0).any(axis=1)
+    return out
 
 
 class Sided(BuiltInTarget):

@@ -113,6 +113,8 @@ def test_large_clouds_are_labeled_like_their_samples(monkeypatch, small):
     out = sm.extract_primitives(small.points)
     assert len(out.labels) == len(small.points)
     assert score(out.primitives, out.labels, small, 100).index > 0.9
+    monkeypatch.setattr("simplexmesh.cloud.extraction.finishing.AT_ONCE", 777)
+    np.testing.assert_array_equal(sm.extract_primitives(small.points).labels, out.labels)
 
 
 def test_only_wanted_kinds_and_radii_are_found(small):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
+from scipy.stats import chi2, kstest, spearmanr
 
 import simplexmesh as sm
 from simplexmesh.cloud.fitting.solver import solve
@@ -91,6 +92,7 @@ KNOWN = [
     ("cylinder", {"radius": 2.0}),
     ("cylinder", {"axis": [1, 2, 0.3]}),
     ("cylinder", {"point": [1, 2, 3]}),
+    ("cylinder", {"axis": [1, 2, 0.3], "point": [1, 2, 3]}),
     ("cylinder", {"axis": [-1, -2, -0.3], "radius": 2.0}),
     ("cone", {"half_angle": 0.3}),
     ("cone", {"axis": [-1, -2, -0.3]}),
@@ -282,3 +284,20 @@ def test_a_robust_fit_tells_which_points_it_used():
     assert len(fit.vertices) == fit.count
     assert len(np.intersect1d(fit.vertices, np.arange(40))) < 8
     assert sm.fit_primitive(points, "sphere").fit.vertices is None
+
+
+def test_normals_are_as_far_off_as_planes_through_neighbors_say():
+    """Of known noise, the squared tilt by its covariance has the chi-square law of two degrees."""
+    rng = np.random.default_rng(0)
+    ratios, said, off = [], [], []
+    for _ in range(200):
+        near = rng.uniform(-1, 1, (rng.integers(6, 60), 3)) * [*rng.uniform(0.1, 1, 2), 0]
+        near[:, 2] = rng.normal(0, 0.02, len(near))
+        plane = sm.fit_primitive(near, "plane", noise=0.02)
+        tilt = plane.frame[:2] @ [0, 0, 1.0]
+        covariance = plane.covariance[:2, :2]
+        ratios.append(tilt @ np.linalg.solve(covariance, tilt))
+        said.append(np.trace(covariance))
+        off.append(tilt @ tilt)
+    assert kstest(ratios, chi2(2).cdf).pvalue > 1e-3
+    assert spearmanr(said, off).statistic > 0.6

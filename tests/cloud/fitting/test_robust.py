@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import simplexmesh as sm
+from simplexmesh._base import vectors
+from simplexmesh.cloud.fitting import refine
 from simplexmesh.cloud.fitting.solver import solve
 from tests.cloud.fitting.clouds import PRIMITIVES, exact, noisy, same, with_outliers
 
@@ -61,3 +63,26 @@ def test_a_wall_is_not_followed(kind):
     inner = points[~out]
     least = np.sqrt(np.mean(solve(primitive, inner).distance(inner) ** 2))
     assert np.sqrt(np.mean(found.distance(inner) ** 2)) < 1.1 * least
+
+
+@pytest.mark.parametrize("kept", [120, 160])
+@pytest.mark.parametrize("draws", [1, 3, 10])
+@pytest.mark.parametrize(("kind", "size"), [("plane", 3), ("sphere", 4), ("cylinder", 3), ("cone", 4)])
+def test_subsets_find_a_primitive_as_often_as_one_has_no_outlier(kind, size, draws, kept, monkeypatch):
+    """Protocol P12: 1 - (1 - p^q)^K, where p^q is the chance that q of the points, drawn at random, are all on it."""
+    monkeypatch.setattr(refine, "SAMPLES", {size: draws})
+    primitive, true = exact(kind, 200)
+    normals, true = primitive.gradient(true), true - true.mean(axis=0)
+    true /= np.linalg.norm(true, axis=1).max()
+    hits, trials = 0, 200
+    for seed in range(trials):
+        rng = np.random.default_rng(seed)
+        out = np.isin(np.arange(200), rng.choice(200, 200 - kept, replace=False))[:, None]
+        points = np.where(out, rng.uniform(-1, 1, (200, 3)), true)
+        away = np.where(out, vectors.normalized(rng.normal(size=(200, 3))), normals)
+        with np.errstate(all="ignore"):
+            found = refine._of_subsets(kind, refine.Cloud(points, points, away, {}, rng))
+        hits += bool(found) and np.abs(found[0].distance(true)).max() < 1e-6
+    one = np.prod((kept - np.arange(size)) / (200 - np.arange(size)))
+    expected = 1 - (1 - one) ** draws
+    assert abs(hits / trials - expected) < 4 * np.sqrt(expected * (1 - expected) / trials) + 1 / trials

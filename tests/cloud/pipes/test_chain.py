@@ -11,9 +11,11 @@ from numpy.testing import assert_allclose
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
+from simplexmesh.cloud.pipes import refining
 from simplexmesh.cloud.pipes.chain import Chain, chain_of
 from simplexmesh.cloud.pipes.elements import elements_of
 from simplexmesh.cloud.pipes.ends import reversed_chain
+from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tube import swept
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh.duality import dual
@@ -173,3 +175,14 @@ class TestClosed:
         assert tube.volume == pytest.approx(np.pi * CLOSED.stations[-1], rel=0.02)
         across = np.sort(np.linalg.norm(np.diff(vertices[faces], axis=1), axis=2).max(axis=1))
         assert across[-1] < 1.7 * across[len(across) // 2]  # no ring is turned against the next one
+
+
+def test_fits_that_leave_no_room_for_bends_are_refused(monkeypatch):
+    """A bend tighter than the pipe is no torus."""
+    corners = np.array([[0, 0, 0], [9, 0, 0], [9, 6, 0], [18, 6, 0.0]])
+    start, short = (chain_of(corners * [1, share, 1], [1.0, 1.0], 1.0).fitting() for share in (1, 0.1))
+    assert short.bends_are_short
+    assert not start.bends_are_short
+    points = np.zeros((1, 3))
+    monkeypatch.setattr(refining, "solve", lambda *_, **__: short)
+    assert refining.fitted(Surroundings(points, 1.0), start, points, 0.1) is start

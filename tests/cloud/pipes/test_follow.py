@@ -104,6 +104,19 @@ class TestShadows:
         assert_allclose(line.length, elbow(6.0).stations[-1], atol=0.3)
         assert_allclose(line.elements[1].bend_radius, 6, rtol=0.02)
 
+    def test_in_last_bends_do_not_split_them(self):
+        """What is seen behind one may be drawn as a straight and a bend of its own."""
+        turn, ratio = np.radians(105), 9.0
+        reach = ratio * np.tan(turn / 2)
+        corner = np.array([10 + reach, 0, 0])
+        chain = chain_of([np.zeros(3), corner, corner + reach * np.array([np.cos(turn), np.sin(turn), 0])], [ratio], 1)
+        start = chain.stations[1] + 0.65 * turn * ratio
+        hidden = start, chain.stations[2] - 0.5
+        lines = [followed(chain, noise=0.02, arc=200.0, seed=seed, hidden=hidden) for seed in range(6)]
+        whole = [line for line in lines if [element.kind for element in line.elements] == ["straight", "bend"]]
+        assert len(whole) >= 5
+        assert_allclose([line.elements[1].bend_radius for line in whole], ratio, rtol=0.02)
+
     def test_longer_than_asked_for_are_ends(self):
         line = followed(elbow(3.0, straight=15.0), hidden=(6.0, 9.0), gap=1.0)
         assert_allclose(line.length, 6, atol=0.3)
@@ -185,6 +198,18 @@ class TestDiameters:
         line = sm.follow_pipe(np.concatenate([points, flange]), points[np.abs(s[(s < 14) | (s > 14.5)] - 3).argmin()])
         assert [element.kind for element in line.elements] == ["straight"]
         assert_allclose(line.length, 30, atol=0.3)
+
+    @pytest.mark.parametrize("seed", range(4))
+    def test_eccentric_reducers_end_lines(self, seed):
+        """Two pipes on one generator: what is behind has another radius all along, as a shadow has not."""
+        rng = np.random.default_rng(seed)
+        x, turn = rng.uniform(0, [[30], [2 * np.pi]], (2, 5655))
+        radius = 1 - 0.2 * np.clip((x - 14) / 2, 0, 1)
+        out = radius + rng.normal(0, 0.01, len(x))
+        points = np.stack([x, out * np.cos(turn), radius - 1 + out * np.sin(turn)], axis=1)
+        line = sm.follow_pipe(points, points[np.abs(x - 5).argmin()])
+        assert [element.kind for element in line.elements] == ["straight"]
+        assert_allclose(line.length, 15, atol=1)
 
     @pytest.mark.parametrize(("scale", "wrong"), [(1e300, "reach to"), (1e-300, "be")])
     def test_lengths_whose_products_overflow_are_refused(self, scale, wrong):

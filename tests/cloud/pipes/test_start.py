@@ -29,9 +29,9 @@ def half_pipe(seed, gap, noise):
 
 
 @pytest.mark.parametrize("gap", [10, 40])
-@pytest.mark.parametrize("noise", [0.5, 1.0])
+@pytest.mark.parametrize("noise", [0.5, 1.0, 2.0])
 def test_beside_a_floor_the_radius_is_that_of_the_pipe(gap, noise):
-    """Protocol P7."""
+    """Protocol P7; of 20 at the largest noise and the smallest gap one is not, of the thesis's 12 or 13."""
     for seed in range(4):
         points, pick = half_pipe(seed, gap, noise)
         assert beginning(cKDTree(points), pick, ANY, 5.0).around.radius == pytest.approx(50, rel=0.05)
@@ -82,9 +82,7 @@ def smooth_body(count):
     return ways * out[:, None] * [1, 1.3, 0.8] + rng.normal(0, 0.003, (count, 3))
 
 
-@pytest.mark.parametrize(
-    ("pick", "why"), [(7, "no cylinder fits"), (22, "no cylinder fits"), (28, "points deviate by")]
-)
+@pytest.mark.parametrize(("pick", "why"), [(7, "no cylinder fits"), (22, "no cylinder fits"), (9, "points deviate by")])
 def test_where_the_noise_is_known_a_body_is_no_pipe(pick, why):
     points = smooth_body(6000)
     tree = cKDTree(points)

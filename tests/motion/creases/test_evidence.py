@@ -27,19 +27,19 @@ def told(points, lines=(LINE,), side=SIDE):
 
 @pytest.mark.parametrize("noise", [0.0, 0.02])
 def test_an_edge_is_told_from_what_is_round(noise):
-    assert told(roof(noise=noise)).all > 10
-    assert told(roof(0.4, noise)).all < 0
-    assert told(roof(0.03, noise)).all > 5  # less than can be seen
+    assert told(roof(noise=noise)).together() > 10
+    assert told(roof(0.4, noise)).together() < 0
+    assert told(roof(0.03, noise)).together() > 5  # less than can be seen
 
 
 def test_points_far_off_tell_nothing():
-    assert told(roof() + np.array([0, 0, 5])) == (pytest.approx([0.0]), 0.0)
-    assert abs(told(roof(noise=0.3)).all) < 4
+    assert told(roof() + np.array([0, 0, 5])) == (pytest.approx([0.0]), pytest.approx([0.0]))
+    assert abs(told(roof(noise=0.3)).together()) < 4
 
 
 def test_each_line_has_its_own():
     other = LINE._replace(points=LINE.points + np.array([0, 0.35, -0.35]))
-    sharp, smooth = told(roof(noise=0.01), [LINE, other]).lines
+    sharp, smooth = told(roof(noise=0.01), [LINE, other]).errors
     assert sharp > 10
     assert abs(smooth) < 4  # flat there: both are as close
 
@@ -51,12 +51,13 @@ def test_lines_near_each_other_do_not_see_each_others_edges():
     knots, depth = np.array([-0.16, -0.08, 0.08, 0.16]), np.array([0, 0.1, 0.1, 0])
     points = np.column_stack([x, u, np.interp(u, knots, -depth)]) + 0.004 * rng.normal(size=(20000, 3))
     lines = [LINE._replace(points=LINE.points + np.array([0, k, -d])) for k, d in zip(knots, depth, strict=True)]
-    assert told(points, lines).lines.min() > 4
-    assert told(points, lines[1:2]).all < 0
+    assert told(points, lines).errors.min() > 4
+    assert told(points, lines[1:2]).together() < 0
 
 
 def test_it_is_the_same_wherever_and_in_any_unit():
     points = roof(noise=0.01)
     corners = 20 * np.array([[-1, -1, 0], [4, -1, 0], [4, 1, 0], [-1, 1, 0.0]]) + 3
     line, surface = LINE._replace(points=20 * LINE.points + 3), sm.TriangleMesh(corners, [[0, 1, 2], [0, 2, 3]])
-    assert evidence([line], surface, 20 * points + 3, 20 * SIDE).all == pytest.approx(told(points).all, rel=1e-6)
+    far = evidence([line], surface, 20 * points + 3, 20 * SIDE)
+    assert far.together() == pytest.approx(told(points).together(), rel=1e-6)

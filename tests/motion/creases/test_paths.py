@@ -150,3 +150,19 @@ def test_pieces_are_what_is_kept(closed):
     assert sum(len(piece.vertices) for piece in pieces) == len(path.vertices) - 2
     whole = {tuple(sorted(step)) for step in path.steps.tolist()}
     assert all(tuple(sorted(step)) in whole for piece in pieces for step in piece.steps.tolist())
+
+
+@pytest.mark.parametrize("turns", [[(0.0, 2.0)], [(0.0, 2.0), (0.4, 1.6)]])
+def test_sides_of_lines_that_end_are_parts(turns):
+    """Arcs on a ball above each other, the upper ones shorter: each has another part above than below."""
+    ball = sm.sphere(40)
+    lines = []
+    for k, (start, end) in enumerate(turns):
+        turn, height = np.linspace(start, end, 60), 0.2 * k - 0.1
+        x, y = np.sqrt(1 - height**2) * np.array([np.cos(turn), np.sin(turn)])
+        lines.append(CreaseLine(np.column_stack([x, y, np.full(60, height)]), closed=False, angle=1.0))
+    paths = traced(ball, lines, 0.0)
+    part = parts(ball, paths)
+    beside = part[ball.connectivity.edge_faces[crossed_edges(ball, paths)]]
+    assert len(np.unique(part)) == len(turns) + 1
+    assert (beside[:, 0] != beside[:, 1]).all()

@@ -159,10 +159,19 @@ def test_loops_smaller_than_a_face_are_no_lines(seed):
     assert sum(line.length for line in creases) == pytest.approx(8 * HALF.sum(), rel=0.01)
 
 
-@pytest.mark.parametrize(("of_all", "of_others", "left"), [(20.0, -1.0, 11), (9.0, -1.0, 0), (-50.0, 11.0, 11)])
-def test_lines_against_which_points_speak_go_out(monkeypatch, of_all, of_others, left):
+@pytest.mark.parametrize(
+    ("errors", "left"),
+    [
+        ([5.0] * 10 + [-1.0, -3.0], 11),  # 13 together: all but what speaks against
+        ([2.0] * 11 + [-3.0], 0),  # 5 together
+        ([11.0] + [3.0] * 3 + [-30.0] * 8, 1),  # alone
+        ([6.0] * 4 + [3.0] * 3 + [-30.0] * 5, 4),  # 12 of those that are clear
+        ([6.0] * 2 + [3.0] * 5 + [-30.0] * 5, 0),  # 8 of those
+    ],
+)
+def test_lines_go_out_that_do_not_speak_for_edges(monkeypatch, errors, left):
     def evidence(lines, *_):
-        return Evidence(np.where(np.arange(len(lines)) == 3, -3.0, of_others), of_all)
+        return Evidence(np.array(errors[: len(lines)]), np.ones(len(lines)))
 
     monkeypatch.setattr(sharpening, "evidence", evidence)
     assert len(sm.reconstruct(box_points(), vertices=800).creases) == left

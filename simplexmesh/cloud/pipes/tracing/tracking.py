@@ -7,6 +7,7 @@ propagation of Chaperon (2002, 3.2) with its half-balls, stop tests and jumps ov
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import takewhile
 from typing import NamedTuple
 
 import numpy as np
@@ -165,20 +166,21 @@ def _beyond(around: Surroundings, steps: list[Step], jump: float) -> list[Step]:
         return []
     at = at[:: -(-len(at) // MOST_GATHERED)]
     found: list[tuple[float, list[Step]]] = []
+    usual, excess = float(np.median([s.support for s in steps[-20:]])), _usual_excess(steps)
     for place, direction in _gatherings(around, at, last):
         if any(norm(np.array([s.point for s in part]) - place).min() < r for _, part in found):
             continue
         step = settled(around, place, direction)
-        usual = float(np.median([s.support for s in steps[-20:]]))
-        if step is None or step.support < SUPPORT * usual or abs(step.excess - _usual_excess(steps)) > ALIKE:
+        if step is None or step.support < SUPPORT * usual or abs(step.excess - excess) > ALIKE:
             continue
         step = _onward(step, last)
         if step is None or not any(_meets(before, step, r, jump) for before in steps[-BACK:]):
             continue
         part = _seen(around, step, last)
+        alike = [*takewhile(lambda s: abs(s.excess - excess) < ALIKE, part)]  # tapers pass step by step
         away = float(norm(part[0].point - last.point))
-        if len(part) * STEP >= SHORT and away < (jump + 2 * STEP) * r:
-            found.append((away, part))
+        if alike and len(part) * STEP >= SHORT and away < (jump + 2 * STEP) * r:
+            found.append((away, alike))
     return min(found, key=lambda pair: pair[0])[1] if found else []
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -210,19 +210,22 @@ class Edges:
 
     def bridged(self, chosen: Mask, costs: Array, most: Array) -> Mask:
         """Return edges with each free end led to a line nearby by the cheapest path, of cost (e,) up to `most` (n,)."""
-        chosen, degrees = chosen.copy(), self.degrees(chosen)
+        chosen, unchosen, degrees = chosen.copy(), ~chosen, self.degrees(chosen)
         for end in np.flatnonzero(self.free(chosen)).tolist():
             if degrees[end] == 1:
-                path = self._bridge(end, chosen, degrees, costs, float(most[end]))
-                chosen[path] = True
+                own = dict(self._reached(end, chosen, self.lengths, 3 * float(most[end]), {}))
+                path = self._bridge(end, unchosen, degrees, costs, float(most[end]), own)
+                chosen[path], unchosen[path] = True, False
                 np.add.at(degrees, self.ends[path].ravel(), 1)
         return chosen
 
     def path(self, start: int, goals: list[int], usable: Mask, costs: Array) -> list[int]:
         """Return the edges of the cheapest path from a vertex to one of others, none if there is no path."""
-        costly, came = self._reached(start, usable, costs, np.inf)
-        there = [goal for goal in goals if goal in costly and goal != start]
-        return self._walked(start, min(there, key=costly.__getitem__), came) if there else []
+        came: dict[int, int] = {}
+        for vertex, _ in self._reached(start, usable, costs, np.inf, came):
+            if vertex in goals and vertex != start:
+                return self._walked(start, vertex, came)
+        return []
 
     def _walked(self, start: int, vertex: int, came: dict[int, int]) -> list[int]:
         """Return the edges by which a vertex was reached."""
@@ -232,11 +235,12 @@ class Edges:
             vertex = self.other(came[vertex], vertex)
         return path
 
-    def _bridge(self, end: int, chosen: Mask, degrees: Indices, costs: Array, most: float) -> list[int]:
+    def _bridge(
+        self, end: int, usable: Mask, degrees: Indices, costs: Array, most: float, own: dict[int, float]
+    ) -> list[int]:
         """Return the edges that lead from a free end to the nearest line that is not, along lines, almost as near."""
-        own = self._reached(end, chosen, self.lengths, 3 * most)[0]
-        costly, came = self._reached(end, ~chosen, costs, most)
-        for vertex in sorted(costly, key=costly.__getitem__):
+        came: dict[int, int] = {}
+        for vertex, _ in self._reached(end, usable, costs, most, came):
             if vertex == end or not degrees[vertex]:
                 continue
             path = self._walked(end, vertex, came)
@@ -244,13 +248,19 @@ class Edges:
                 return path
         return []
 
-    def _reached(self, start: int, usable: Mask, costs: Array, most: float) -> tuple[dict[int, float], dict[int, int]]:
-        """Return the costs of the vertices reached along usable edges, up to a limit, and by which edge each was."""
-        reached, came, queue = {start: 0.0}, {}, [(0.0, start)]
+    def _reached(
+        self, start: int, usable: Mask, costs: Array, most: float, came: dict[int, int]
+    ) -> Iterator[tuple[int, float]]:
+        """Yield the vertices reached along usable edges with their costs up to a limit, the cheapest first.
+
+        `came` is filled with the edge by which each was reached.
+        """
+        reached, queue = {start: 0.0}, [(0.0, start)]
         while queue:
             cost, vertex = heapq.heappop(queue)
             if cost > reached[vertex]:
                 continue
+            yield vertex, cost
             for edge in self.at(vertex):
                 more = cost + float(costs[edge])
                 if not usable[edge] or more > most:
@@ -259,7 +269,6 @@ class Edges:
                 if more < reached.get(other, np.inf):
                     reached[other], came[other] = more, edge
                     heapq.heappush(queue, (more, other))
-        return reached, came
 
 
 def chosen_edges(lines: Chains, count: int) -> Mask:
