@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import json
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,10 +21,7 @@ EXPORT = "the extra export: pip install 'simplexmesh[export]'"
 
 def to_trimesh(value: Any) -> Any:
     """Return a `trimesh.Trimesh` of a triangle mesh or a `trimesh.PointCloud` of points, with colors and unit."""
-    try:
-        import trimesh
-    except ImportError as error:
-        raise ImportError(f"this needs {EXPORT}") from error
+    trimesh = _trimesh()
     value = _triangulated(value)
     colors = value.data.get("colors")
     shown = np.array(colors) if colors is not None and is_color(colors) else None
@@ -34,6 +33,14 @@ def to_trimesh(value: Any) -> Any:
         out = trimesh.Trimesh(*positions, process=False, vertex_colors=shown, vertex_attributes=others)
         out.units = value.unit
     return out
+
+
+def _trimesh() -> Any:
+    try:
+        import trimesh
+    except ImportError as error:
+        raise ImportError(f"this needs {EXPORT}") from error
+    return trimesh
 
 
 def _by_trimesh(surface: Any, kind: str) -> bytes:
@@ -78,6 +85,23 @@ def write_glb(path: Path, content: Polygons) -> None:
     fitting = {name: values for name, values in surface.data.items() if is_glb_array(name, values)}
     data = {name: v if name == "colors" else v.astype(np.float32) for name, v in fitting.items()}
     path.write_bytes(_by_trimesh(replace(surface, data=data), "glb"))
+
+
+def read_glb(path: Path) -> Any:
+    """Return what a GLB file has as an object of trimesh, its parts in place, in meters; other files are not opened."""
+    trimesh, content = _trimesh(), path.read_bytes()
+    try:
+        described = json.loads(content[20 : 20 + int.from_bytes(content[12:16], "little")])
+        if max((each["count"] for each in described.get("accessors", ())), default=0) > len(content):
+            raise ValueError("more entries than bytes")
+        out = trimesh.load_scene(io.BytesIO(content), file_type="glb", process=False).to_geometry()
+    except Exception as error:  # whatever damage makes of the numbers in it
+        raise OSError(f"{path.name} is damaged, or uses extensions that trimesh does not know: {error}") from None
+    out.units = "m"
+    if hasattr(out, "vertex_attributes"):  # the format begins names of its users with an underscore
+        rows = {name.removeprefix("_"): np.array(values) for name, values in out.vertex_attributes.items()}
+        out.vertex_attributes = {name: v[:, 0] if v.shape[1:] == (1,) else v for name, v in rows.items()}
+    return out
 
 
 def write_3mf(path: Path, content: Polygons) -> None:

@@ -20,6 +20,7 @@ _FORMATS = {
     "stl": ("an STL", ".stl"),
     "obj": ("an OBJ", ".obj"),
     "off": ("an OFF", ".off"),
+    "glb": ("a GLB", ".glb"),
     "pcd": ("a PCD", ".pcd"),
     "las": ("an LAS", ".las .laz"),
     "e57": ("an E57", ".e57"),
@@ -38,6 +39,7 @@ _MAGIC = {
     "pcd": (b"# .PCD", b"VERSION"),
     "las": (b"LASF",),
     "e57": (b"ASTM-E57",),
+    "glb": (b"glTF",),
 }
 _DATABASE = b"SQLite format 3\0"
 

@@ -14,6 +14,8 @@ from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
 from simplexmesh._base.errors import TopologyError, warn
+from simplexmesh.data.exporting import read_glb
+from simplexmesh.data.foreign import converted
 from simplexmesh.data.io import formats
 from simplexmesh.data.io.off import read_off
 from simplexmesh.data.io.pcd import read_pcd
@@ -33,6 +35,7 @@ _READERS: dict[str, Callable[[Path], Any]] = {
     "text": read_text,
     "las": lambda path: cloud_of_file(path.name, *read_las(path), missing=True),
     "e57": lambda path: cloud_of_file(path.name, *read_e57(path), missing=True),
+    "glb": lambda path: converted(read_glb(path), path.name),
 }
 """Of the formats that neither ITK nor VTK reads, whose import takes longer than all of these."""
 
@@ -46,7 +49,8 @@ def read(path: str | os.PathLike[str]) -> Any:
     ----------
     path : str or Path
         Volumes: MetaImage, NRRD, NIfTI, VTI, DICOM, TIFF, a folder of DICOM or TIFF slices. Surfaces and points:
-        PLY, STL, OBJ, OFF, VTK, VTP, PCD, XYZ and CSV text; LAS, LAZ and E57 with the extra `survey`.
+        PLY, STL, OBJ, OFF, VTK, VTP, PCD, XYZ and CSV text; LAS, LAZ and E57 with the extra `survey`; GLB with
+        `export`.
 
     Returns
     -------
@@ -222,10 +226,10 @@ def _read_kind(path: Path, kind: str) -> Any:
 
 
 def _welded(out: Any, kind: str) -> Any:
-    """Merge equal positions; without a warning for STL and OBJ, which duplicate vertices by design."""
+    """Merge equal positions; without a warning for STL, OBJ and GLB, which duplicate vertices by design."""
     if not isinstance(out, TriangleMesh):
         return out
-    out = out.welded(report=kind not in ("stl", "obj"))
+    out = out.welded(report=kind not in ("stl", "obj", "glb"))
     if kind == "stl" and not out.is_closed:
         # copies of one vertex may be rounded differently to single precision
         out = out.welded(tolerance=_SINGLE_PRECISION * out.diagonal, report=False)

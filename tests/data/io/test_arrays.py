@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import struct
 from dataclasses import replace
 
@@ -307,6 +308,54 @@ def test_glb_is_in_meters(tmp_path):
     assert_allclose(scene.extents, np.ptp(SURFACE.bounds, axis=0) / 1000, rtol=1e-6)
     assert_array_equal(inside.visual.vertex_colors[:, :3], SURFACE.data["colors"])
     assert_allclose(inside.vertex_attributes["_intensity"].ravel(), SURFACE.data["intensity"])
+
+
+def test_glb_is_read_back_in_meters(tmp_path):
+    pytest.importorskip("trimesh")
+    SURFACE.save(tmp_path / "a.glb")
+    found = sm.read_triangles(tmp_path / "a.glb")
+    assert found.unit == "m"
+    assert_allclose(found.in_unit("mm").vertices, SURFACE.vertices, atol=1e-6 * SURFACE.diagonal)
+    assert_array_equal(found.faces, SURFACE.faces)
+    assert_array_equal(found.data["colors"], SURFACE.data["colors"])
+    assert_allclose(found.data["intensity"], SURFACE.data["intensity"])
+
+
+def test_parts_of_a_glb_scene_are_in_place(tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    scene = trimesh.Scene(trimesh.creation.box())
+    scene.add_geometry(trimesh.creation.icosphere(), transform=trimesh.transformations.translation_matrix([5, 0, 0]))
+    scene.export(tmp_path / "a.glb")
+    found = sm.read(tmp_path / "a.glb")
+    assert_allclose(found.bounds, [[-0.5, -1, -1], [6, 1, 1]], atol=1e-6)
+    assert (found.n_vertices, found.n_faces) == (8 + 642, 12 + 1280)
+
+
+@pytest.mark.parametrize("damage", ["cut", "count", "elsewhere"])
+def test_a_damaged_glb_file_is_refused(damage, tmp_path):
+    """Cut off, with more entries than it has bytes, or with its numbers in another file."""
+    pytest.importorskip("trimesh")
+    path = tmp_path / "a.glb"
+    sm.TriangleMesh(SURFACE.vertices, SURFACE.faces).save(path)
+    content = path.read_bytes()
+    size = int.from_bytes(content[12:16], "little")
+    described, numbers = json.loads(content[20 : 20 + size]), content[28 + size :]
+    if damage == "count":
+        described["accessors"][0] |= {"count": 10**11}
+        del described["accessors"][0]["bufferView"]
+    elif damage == "elsewhere":
+        (tmp_path / "numbers.bin").write_bytes(numbers)
+        described["buffers"][0]["uri"] = "numbers.bin"
+        numbers = b""
+    text = json.dumps(described).encode()
+    text += b" " * (-len(text) % 4)
+    body = len(text).to_bytes(4, "little") + b"JSON" + text
+    if numbers:
+        body += len(numbers).to_bytes(4, "little") + b"BIN\0" + numbers
+    whole = b"glTF" + (2).to_bytes(4, "little") + (12 + len(body)).to_bytes(4, "little") + body
+    path.write_bytes(whole[: len(whole) // 2] if damage == "cut" else whole)
+    with pytest.raises(OSError, match=r"a.glb is damaged"):
+        sm.read(path)
 
 
 def test_3mf_is_in_millimeters(tmp_path):
