@@ -96,7 +96,7 @@ def read_glb(path: Path) -> Any:
             raise ValueError("more entries than bytes")
         out = trimesh.load_scene(io.BytesIO(content), file_type="glb", process=False).to_geometry()
     except Exception as error:  # whatever damage makes of the numbers in it
-        raise OSError(f"{path.name} is damaged, or uses extensions that trimesh does not know: {error}") from None
+        raise OSError(f"{path.name} is damaged, or uses extensions that trimesh does not know") from error
     out.units = "m"
     if hasattr(out, "vertex_attributes"):  # the format begins names of its users with an underscore
         rows = {name.removeprefix("_"): np.array(values) for name, values in out.vertex_attributes.items()}

@@ -92,9 +92,11 @@ def sharpened(mesh: SimplexMesh, points: Array, before: Array, target: Any) -> S
     if not lines:
         return None
     told = evidence(lines, surface, points, side)
-    least = DOUBTED if told.together() > DECISIVE else DECISIVE  # among rounds a line must speak for itself
-    if told.together(told.errors > CLEAR) > DECISIVE:
-        least = min(least, CLEAR)
+    least = DECISIVE
+    if told.together() > DECISIVE:
+        least = DOUBTED
+    elif told.together() > 0 and told.together(told.errors > CLEAR) > DECISIVE:  # among some rounds
+        least = CLEAR
     chosen = [line for line, sure in zip(lines, told.errors, strict=True) if sure > least]
     if not chosen:
         return None

@@ -54,7 +54,8 @@ def parts(mesh: SimplexMesh, paths: Sequence[Path]) -> Indices:
     near = np.unique(c.vertex_faces[dilated(on_paths(paths, mesh.n_vertices), mesh.neighbors, SETTLED)])
     labels = connected_components(graph[near][:, near], directed=False)[1]
     source = dijkstra(graph, indices=near, return_predecessors=True, unweighted=True, min_only=True)[2]
-    return np.where(source < 0, labels.max() + 1, labels[np.searchsorted(near, source)])
+    bodies = connected_components(graph, directed=False)[1]  # those without paths
+    return np.where(source < 0, labels.max() + 1 + bodies, labels[np.searchsorted(near, source)])
 
 
 def _linked(beside: Indices32, count: int) -> csr_array:

@@ -165,8 +165,9 @@ def test_loops_smaller_than_a_face_are_no_lines(seed):
         ([5.0] * 10 + [-1.0, -3.0], 11),  # 13 together: all but what speaks against
         ([2.0] * 11 + [-3.0], 0),  # 5 together
         ([11.0] + [3.0] * 3 + [-30.0] * 8, 1),  # alone
-        ([6.0] * 4 + [3.0] * 3 + [-30.0] * 5, 4),  # 12 of those that are clear
-        ([6.0] * 2 + [3.0] * 5 + [-30.0] * 5, 0),  # 8 of those
+        ([6.0] * 4 + [3.0] * 3 + [-6.0] * 5, 4),  # 12 of those that are clear, 1 of all
+        ([6.0] * 4 + [3.0] * 3 + [-7.0] * 5, 0),  # the same, against edges on the whole
+        ([6.0] * 2 + [3.0] * 5 + [-2.0] * 5, 0),  # 8 of those
     ],
 )
 def test_lines_go_out_that_do_not_speak_for_edges(monkeypatch, errors, left):

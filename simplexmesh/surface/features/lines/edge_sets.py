@@ -213,8 +213,7 @@ class Edges:
         chosen, unchosen, degrees = chosen.copy(), ~chosen, self.degrees(chosen)
         for end in np.flatnonzero(self.free(chosen)).tolist():
             if degrees[end] == 1:
-                own = dict(self._reached(end, chosen, self.lengths, 3 * float(most[end]), {}))
-                path = self._bridge(end, unchosen, degrees, costs, float(most[end]), own)
+                path = self._bridge(end, chosen, unchosen, degrees, costs, float(most[end]))
                 chosen[path], unchosen[path] = True, False
                 np.add.at(degrees, self.ends[path].ravel(), 1)
         return chosen
@@ -235,12 +234,10 @@ class Edges:
             vertex = self.other(came[vertex], vertex)
         return path
 
-    def _bridge(
-        self, end: int, usable: Mask, degrees: Indices, costs: Array, most: float, own: dict[int, float]
-    ) -> list[int]:
+    def _bridge(self, end: int, chosen: Mask, unchosen: Mask, degrees: Indices, costs: Array, most: float) -> list[int]:
         """Return the edges that lead from a free end to the nearest line that is not, along lines, almost as near."""
-        came: dict[int, int] = {}
-        for vertex, _ in self._reached(end, usable, costs, most, came):
+        own, came = dict(self._reached(end, chosen, self.lengths, 3 * most, {})), dict[int, int]()
+        for vertex, _ in self._reached(end, unchosen, costs, most, came):
             if vertex == end or not degrees[vertex]:
                 continue
             path = self._walked(end, vertex, came)
