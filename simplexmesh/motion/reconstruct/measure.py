@@ -175,7 +175,7 @@ def measure(run: Run) -> None:
     off = 0.0 if lid else float((away > limit).mean())
     _warn_of_poor_fit(run, off, float(((missing > limit) & ~enclosed).mean()))
     if enclosed.mean() > MOST_MISSED and not run.data.layered:  # of volumes, cavities that were filled are told
-        warn(f"{enclosed.mean():.0%} of the data is inside of the model, far from it: a model is an outer surface")
+        warn(f"{enclosed.mean():.0%} of the data is inside of the model, as inner walls and stray points are")
     _warn_of_topology(run, lid=lid)
     run.report(1.0, "done")
 

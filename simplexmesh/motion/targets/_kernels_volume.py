@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from simplexmesh._base._kernels_both import FAST, Both
 from simplexmesh._base._kernels_njit import LEAN, njit
 from simplexmesh._base.arrays import Array
-from simplexmesh.numerics._kernels_vectors import row
+from simplexmesh.numerics._kernels_vectors import dot, row
 
 
 class Field(NamedTuple):
@@ -186,10 +186,12 @@ def isosurface_gaps(vertices, normals, field, reach, pace, out):
 
 
 @partial(Both, pays_from=1000)
-def replace_gaps_beside(vertices, normals, field, reach, pace, gaps):
-    """Replace gaps that end in cells all of whose samples of a mask are alike by those to the nearest crossing."""
+def replace_far_gaps(vertices, normals, field, reach, pace, gaps):
+    """Replace gaps that end where all samples of a mask are alike and over a voxel from a crossing by that to it."""
     for i in prange(vertices.shape[0]):
         if gaps[i] == gaps[i]:
             place, along = _line(field, vertices, normals, i)
             if not abs(field_value(field, place, along, gaps[i])) < 0.5 - 1e-6:
-                gaps[i] = _crossing(field, place, along, reach, pace)
+                crossing = _crossing(field, place, along, reach, pace)
+                if not abs(crossing - gaps[i]) * math.sqrt(dot(along, along)) <= 1.0:
+                    gaps[i] = crossing

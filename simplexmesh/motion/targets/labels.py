@@ -25,7 +25,8 @@ class LabelSurface(SurfelTarget):
     sample of the surface with a uniformly distributed error of known size, along a known axis. Quadratic surface pieces
     are fitted to these samples, each weighted by the variance of its error along the normal, over neighborhoods as
     large as the shape allows. This leaves neither steps nor the shrinkage of filters. Where these pieces, as beyond the
-    rims of flat faces, end between eight samples of one kind, the interpolant of the samples counts instead.
+    rims of flat faces, end between eight samples of one kind and over a voxel from where the interpolant of the samples
+    crosses, that counts instead.
 
     Parameters
     ----------
@@ -61,7 +62,7 @@ class LabelSurface(SurfelTarget):
     def gap(self, vertices: Array, normals: Array, reach: float) -> Array:  # noqa: D102 documented by the base
         vertices, normals, reach = checked_arguments(vertices, normals, reach)
         out = super().gap(vertices, normals, reach)
-        _kernels_volume.replace_gaps_beside(vertices, normals, self._interpolant._field, reach, PACE, out)
+        _kernels_volume.replace_far_gaps(vertices, normals, self._interpolant._field, reach, PACE, out)
         return out
 
 

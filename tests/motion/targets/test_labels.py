@@ -196,6 +196,15 @@ def test_model_of_a_box_has_no_fins():
     assert np.abs(box_distance(mesh.vertices, np.array([30, 25, 4.5]))).max() < 1.0
 
 
+def test_model_of_a_noisy_ball_has_no_steps_of_voxels():
+    grid = Volume(np.zeros((52, 52, 52)), origin=np.full(3, -25.5))
+    far = np.linalg.norm(grid.to_world(np.moveaxis(np.indices(grid.shape), 0, -1)), axis=-1)
+    noisy = far + np.random.default_rng(0).normal(scale=0.3, size=far.shape)
+    mesh = sm.reconstruct(Volume((noisy < 20).astype(np.uint8), origin=grid.origin), vertices=3000).mesh
+    tilts = np.arccos(np.sum(mesh.normals * mesh.vertices, axis=1) / np.linalg.norm(mesh.vertices, axis=1))
+    assert np.degrees(tilts).mean() < 3
+
+
 def test_no_label_means_whatever_is_not_zero():
     values = np.zeros((16, 16, 16), np.uint8)
     values[3:12, 3:12, 3:8], values[3:12, 3:12, 8:12] = 1, 2
