@@ -179,7 +179,7 @@ def _beyond(around: Surroundings, steps: list[Step], jump: float) -> list[Step]:
         part = _seen(around, step, last)
         alike = [*takewhile(lambda s: abs(s.excess - excess) < ALIKE, part)]  # tapers pass step by step
         away = float(norm(part[0].point - last.point))
-        if len(alike) * STEP >= SHORT and away < (jump + 2 * STEP) * r:
+        if alike and len(part) * STEP >= SHORT and away < (jump + 2 * STEP) * r:
             found.append((away, alike))
     return min(found, key=lambda pair: pair[0])[1] if found else []
 
