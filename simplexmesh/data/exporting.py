@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simplexmesh._base.errors import warn
 from simplexmesh._base.named_arrays import is_color
 
 if TYPE_CHECKING:
@@ -94,9 +95,14 @@ def read_glb(path: Path) -> Any:
         described = json.loads(content[20 : 20 + int.from_bytes(content[12:16], "little")])
         if max((each["count"] for each in described.get("accessors", ())), default=0) > len(content):
             raise ValueError("more entries than bytes")
-        out = trimesh.load_scene(io.BytesIO(content), file_type="glb", process=False).to_geometry()
+        scene = trimesh.load_scene(io.BytesIO(content), file_type="glb", process=False)
+        out = scene.to_geometry()
     except Exception as error:  # whatever damage makes of the numbers in it
         raise OSError(f"{path.name} is damaged, or uses extensions that trimesh does not know") from error
+    if not isinstance(out, trimesh.Trimesh | trimesh.PointCloud):
+        raise ValueError("must hold triangles or points, it has neither")
+    if others := sum(not isinstance(each, type(out)) for each in scene.geometry.values()):
+        warn(f"{path.name}: parts of the scene of another kind are left out: {others}")
     out.units = "m"
     if hasattr(out, "vertex_attributes"):  # the format begins names of its users with an underscore
         rows = {name.removeprefix("_"): np.array(values) for name, values in out.vertex_attributes.items()}

@@ -37,7 +37,7 @@ DECISIVE = 10.0
 """Standard errors by which all points must speak for edges: ridges rounder than can be seen give up to nine."""
 
 CLEAR = 4.0
-"""Standard errors by which points must speak for each of several lines that are edges together: chance gives fewer."""
+"""Standard errors by which points must speak for each of several lines that are edges together."""
 
 DOUBTED = -2.0
 """Standard errors by which points may speak against a line of a body with edges."""

@@ -331,6 +331,17 @@ def test_parts_of_a_glb_scene_are_in_place(tmp_path):
     assert (found.n_vertices, found.n_faces) == (8 + 642, 12 + 1280)
 
 
+def test_what_is_no_surface_in_a_glb_scene_is_told(tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    wire = trimesh.load_path(np.eye(3))
+    trimesh.Scene([trimesh.creation.box(), wire]).export(tmp_path / "a.glb")
+    with pytest.warns(sm.SimplexMeshWarning, match=r"a.glb: parts of the scene of another kind are left out: 1"):
+        assert sm.read(tmp_path / "a.glb").n_faces == 12
+    trimesh.Scene(wire).export(tmp_path / "b.glb")
+    with pytest.raises(ValueError, match=r"b.glb: must hold triangles or points, it has neither"):
+        sm.read(tmp_path / "b.glb")
+
+
 @pytest.mark.parametrize("damage", ["cut", "count", "elsewhere"])
 def test_a_damaged_glb_file_is_refused(damage, tmp_path):
     """Cut off, with more entries than it has bytes, or with its numbers in another file."""
@@ -341,14 +352,14 @@ def test_a_damaged_glb_file_is_refused(damage, tmp_path):
     size = int.from_bytes(content[12:16], "little")
     described, numbers = json.loads(content[20 : 20 + size]), content[28 + size :]
     if damage == "count":
-        described["accessors"][0] |= {"count": 10**11}
-        del described["accessors"][0]["bufferView"]
+        described["accessors"][1] |= {"count": 10**6}  # without a buffer: zeros
+        del described["accessors"][1]["bufferView"]
     elif damage == "elsewhere":
         (tmp_path / "numbers.bin").write_bytes(numbers)
         described["buffers"][0]["uri"] = "numbers.bin"
         numbers = b""
     text = json.dumps(described).encode()
-    text += b" " * (-len(text) % 4)
+    text = text.ljust(100_000)  # so that the file is longer than its numbers are many
     body = len(text).to_bytes(4, "little") + b"JSON" + text
     if numbers:
         body += len(numbers).to_bytes(4, "little") + b"BIN\0" + numbers
