@@ -124,6 +124,12 @@ class TestClosedForms:
         sides = 4 if sides == 1 else sides
         assert (len(network.lines), len(network.nodes)) == (3 * sides, 2 * sides)
 
+    @pytest.mark.parametrize("sides", [(10, 10, 1), (142, 75, 1), (3, 35, 3), (0.4, 12, 0.4)])
+    def test_the_twelve_triangles_of_a_thin_plate_or_rod(self, sides):
+        ends = np.column_stack([np.zeros(3), sides]).ravel()
+        network = sm.feature_lines(pv.Box(ends).triangulate().clean())
+        assert (len(network.lines), len(network.nodes)) == (12, 8)
+
     def test_angles_at_nodes_are_those_of_the_line(self):
         upright = [line for line in sm.feature_lines(prism(3)).lines if line.length > 1.9]
         assert_allclose([line.angle[[0, -1]] for line in upright], 2 * np.pi / 3, rtol=1e-6)

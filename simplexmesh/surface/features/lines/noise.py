@@ -28,8 +28,10 @@ def vertex_noise(facets: Facets) -> Array:
     half = np.flatnonzero(facets.mates > np.arange(facets.faces.size))
     sides, n = np.stack([half, facets.mates[half]], axis=1) // 3, len(facets.faces)
     bends = _bends(facets, half)
+    if len(bends) < TELLING and not _both_ways(bends):
+        return np.zeros(n)
     off, step = np.abs(bends), _step(facets.vertices)
-    noise = float(np.quantile(off, FEW)) / DEVIATION if len(off) >= TELLING or _both_ways(bends) else 0.0
+    noise = float(np.quantile(off, FEW)) / DEVIATION
     largest = LARGEST * float(np.sqrt(facets.areas.mean()))
     if step < largest and (off < step).any():
         noise = max(noise, min(float(np.median(off[off < step])) / HALF_DEVIATION, step / np.sqrt(12)))
