@@ -32,6 +32,12 @@ def crease_lines(mesh: SimplexMesh, points: Array, noise: float) -> tuple[list[C
     ), found.mesh
 
 
+def own_lines(surface: TriangleMesh) -> tuple[list[CreaseLine], TriangleMesh]:
+    """Return the sharp edges of a surface itself, the longest first, and the surface."""
+    found = feature_lines(surface)
+    return [CreaseLine(line.points, line.closed, float(line.angle.mean())) for line in found.lines], found.mesh
+
+
 def resolution(area: float, noise: float) -> float:
     """Return the mean edge of the surface through points that have an area each."""
     spacing = np.sqrt(2 / np.sqrt(3) * area)

@@ -14,6 +14,7 @@ from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Mask
 from simplexmesh._base.errors import DivergedError, warn
 from simplexmesh._base.vectors import dot
+from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.face_geometry import face_normals
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
@@ -21,7 +22,7 @@ from simplexmesh.mesh.triangulation import fan
 from simplexmesh.motion.creases.blurred import are_sharp, blur_of
 from simplexmesh.motion.creases.evidence import evidence
 from simplexmesh.motion.creases.line import CreaseLine
-from simplexmesh.motion.creases.lines import crease_lines, resolution
+from simplexmesh.motion.creases.lines import crease_lines, own_lines, resolution
 from simplexmesh.motion.creases.paths import Path, on_paths, respaced, traced
 from simplexmesh.motion.creases.sides import SETTLED, Sided
 from simplexmesh.motion.creases.unfolding import unfolded
@@ -79,28 +80,31 @@ class Sharpened:
         return tuple(sorted(out, key=lambda line: -line.length))
 
 
-def sharpened(mesh: SimplexMesh, points: Array, before: Array, target: Any) -> Sharpened | None:
+def sharpened(
+    mesh: SimplexMesh, points: Array, before: Array, target: Any, surface: TriangleMesh | None = None
+) -> Sharpened | None:
     """Return a closed mesh near points (n, 3), `before` (n,) away, with creases along its edges, or None without any.
 
-    Creases are the sharp edges of a surface through the points if these are closer to edges there than to bends.
+    Creases are the sharp edges of a surface through the points if these are closer to edges there than to bends. A
+    `surface` on which the points lie has its own, if they are.
     """
     noise = float(getattr(target, "noise", 0.0))
     if not (before > 3 * noise + 0.1 * mean_edge(mesh)).any():
         return None
-    lines, surface = crease_lines(mesh, points, noise)
+    lines, through = crease_lines(mesh, points, noise) if surface is None else own_lines(surface)
     side = resolution(mesh.area / len(points), noise)
     if not lines:
         return None
-    told = evidence(lines, surface, points, side)
+    told = evidence(lines, through, points, side)
     least = DECISIVE
     if told.together() > DECISIVE:
-        least = DOUBTED
+        least = DOUBTED if surface is None else -np.inf  # points do not tell edges of thin walls apart
     elif told.together() > 0 and told.together(told.errors > CLEAR) > DECISIVE:  # among some rounds
         least = CLEAR
     chosen = [line for line, sure in zip(lines, told.errors, strict=True) if sure > least]
     if not chosen:
         return None
-    return _laid(Scene(mesh, chosen, points, target, ASTRIDE * noise, side))
+    return _laid(Scene(mesh, chosen, points, target, ASTRIDE * noise, side if surface is None else 0.0))
 
 
 def sharpened_volume(mesh: SimplexMesh, points: Array, away: Array, target: Isosurface) -> Sharpened | None:
@@ -132,7 +136,7 @@ def _length(lines: Sequence[CreaseLine] | Sequence[FeatureLine]) -> float:
 class Scene:
     """A smooth mesh, lines to be laid on it, and data: points nearer to a crease than `rounded` belong to no side.
 
-    The lines were found on a surface whose triangles have edges of `resolution`.
+    The lines are as exact as a surface whose triangles have edges of `resolution` tells them.
     """
 
     mesh: SimplexMesh

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh.contours import Contour, numbered
 from simplexmesh.motion.creases.sharpening import sharpened, sharpened_volume
 from simplexmesh.motion.reconstruct.measure import share_of_area
@@ -14,6 +15,9 @@ from simplexmesh.motion.targets.labels import LabelSurface
 
 MOST_POINTS = 40_000
 """Of an isosurface, drawn at random, for its sharp edges."""
+
+MOST_TRIANGLES = 16_000
+"""Of a surface whose own edges are looked for: one through its samples has as many, and averages over more."""
 
 
 def sharpen(run: Run) -> None:
@@ -29,8 +33,9 @@ def sharpen(run: Run) -> None:
         away = run.tree.query(run.mesh.vertices, workers=-1)[0]
         if share_of_area(run.mesh, away > 2 * run.stages[-1].reach) >= LEAST_BARE:
             return  # the rim of a lid is no crease of the data
-        points = run.data.samples().points
-        found = sharpened(run.mesh, points, run.away(points), target)
+        points, surface = run.data.samples().points, run.data.source
+        own = surface if isinstance(surface, TriangleMesh) and len(surface.faces) < MOST_TRIANGLES else None
+        found = sharpened(run.mesh, points, run.away(points), target, own)
     if found is not None:
         run.target, run.creases, run.tangled = found.target, found.creases(), 0
         stale = dict.fromkeys(name for name in found.mesh.contours if name.startswith("crease_"))
