@@ -22,7 +22,7 @@ COLORS = (
 )
 DASHES = ("-", "--", "-.")
 MARKS = ("o", "s", "d", "x", "+")
-CHARTS, CHART, MAPS, MAP = 3, (430, 360), 4, (350, 330)
+CHARTS, CHART, MAPS, MAP = 3, (430, 360), 5, (280, 300)
 """Columns of charts and of maps, and the sizes of their cells, in pixels."""
 
 MARGIN = 20
