@@ -233,15 +233,11 @@ def _rows(facts: dict[str, Any], unit: str) -> dict[str, str]:
 
 
 def _places(salient: list[dict[str, Any]], unit: str) -> str:
-    """Return a table of the salient points, one line each, with a header."""
+    """Return a table of the salient points."""
     from simplexmesh._base.units import power_of_unit
 
     if not salient:
         return "none"
-    place, size = f"z {unit}".rstrip(), f"|H| {power_of_unit(unit, -1)}".rstrip()
-    wide, wider = max(10, len(place) + 9), max(10, len(size) + 5)
-    lines = [f"{'x':>10} {'y':>10} {place:>{wide}} {size:>{wider}}"]
-    for each in salient:
-        x, y, z = (f"{value:.5g}" for value in each["point"])
-        lines.append(f"{x:>10} {y:>10} {z:>{wide}} {each['value']:>{wider}.4g}")
-    return "\n".join(lines)
+    titles = ("x", "y", f"z {unit}".rstrip(), f"|H| {power_of_unit(unit, -1)}".rstrip())
+    rows = [[*(f"{x:.5g}" for x in each["point"]), f"{each['value']:.4g}"] for each in salient]
+    return report.columns(titles, rows)

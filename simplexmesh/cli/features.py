@@ -15,8 +15,6 @@ from simplexmesh.data.json_text import json_text
 
 EXAMPLE = "Example: simplexmesh features fandisk.off -o fandisk.vtp --picture fandisk.png"
 ENDINGS = (".vtp", ".json", ".stl")
-ROWS = 24
-"""Zones in the table; the JSON report has all."""
 ROUNDING = 1e-9
 """Distances smaller than this, in roots of the area, are zero in the table."""
 
@@ -137,12 +135,9 @@ def _rows(facts: dict[str, Any]) -> dict[str, str]:
 
 
 def _zones(zones: list[dict[str, Any]]) -> str:
-    """Return a table of the zones, one line each, with a header; of many, the largest."""
-    size = math.sqrt(sum(zone["area"] for zone in zones))
-    lines = [f"{len(zones):,}", f"{'':>4} {'kind':<10} {'rms':>10} {'area':>10} {'triangles':>10}"]
-    for k, zone in enumerate(zones[:ROWS]):
+    """Return a table of the zones, the largest first."""
+    size, rows = math.sqrt(sum(zone["area"] for zone in zones)), []
+    for k, zone in enumerate(zones):
         rms = "" if zone["rms"] is None else f"{zone['rms'] if zone['rms'] > ROUNDING * size else 0.0:.3g}"
-        lines.append(f"{k:>4} {zone['kind']:<10} {rms:>10} {zone['area']:>10.4g} {zone['triangles']:>10,}")
-    if len(zones) > ROWS:
-        lines.append(f"and {len(zones) - ROWS:,} smaller ones, which --json lists")
-    return "\n".join(lines)
+        rows.append([f"{k}", zone["kind"], rms, f"{zone['area']:.4g}", f"{zone['triangles']:,}"])
+    return f"{len(zones):,}\n" + report.columns(("", "kind", "rms", "area", "triangles"), rows, "smaller ones")

@@ -129,7 +129,7 @@ def recognize(
     level: report.Level = None,
     label: report.Label = None,
     inside: report.Inside = "above",
-    picture: Annotated[Path | None, typer.Option(help="Write a picture of the scan with the best model in it.")] = None,
+    picture: report.Picture = None,
     json: report.Json = False,
 ) -> None:
     """Find which models a scan shows, best first, and the pose of each."""

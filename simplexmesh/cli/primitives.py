@@ -15,8 +15,6 @@ from simplexmesh.cli import report
 EXAMPLE = "Example: simplexmesh primitives scan.ply -o shapes.json --mesh shapes.vtp --picture shapes.png"
 EXAMPLE_PIPES = "Example: simplexmesh pipes scan.laz -o pipes.json --step pipes.step --table pipes.csv"
 KINDS = "plane,sphere,cylinder,cone,torus"
-ROWS = 30
-"""Shapes in the table; the JSON report has all."""
 
 PointsPath = Annotated[Path, typer.Argument(metavar="INPUT", help="Points: .ply, .xyz, .pcd, .las, .laz, .e57, ...")]
 Output = Annotated[Path | None, typer.Option("--output", "-o", help="File to write: .json, with all parameters.")]
@@ -202,13 +200,8 @@ def _element(element: dict[str, Any]) -> list[str]:
 
 def _rows(facts: dict[str, Any], name: str, columns: Sequence[str], rows: list[list[str]]) -> dict[str, str]:
     """Return the rows of the report's table, one of which is a table of shapes."""
-    shown = [list(columns), *rows[:ROWS]]
-    widths = [max(len(row[k]) for row in shown) for k in range(len(columns))]
-    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in shown]
-    if len(rows) > ROWS:
-        lines.append(f"and {len(rows) - ROWS:,} more, which --json lists")
     return {
         "points": f"{facts['points']:,}, {facts['left_over']:,} of them on none",
-        name: "\n".join([f"{len(rows):,}", *(lines if rows else [])]),
+        name: f"{len(rows):,}" + ("\n" + report.columns(columns, rows) if rows else ""),
         "time": f"{facts['seconds']:.1f} s",
     }

@@ -55,21 +55,15 @@ def command(
         str | None, typer.Option(help="Spacing of vertices: adaptive (to curvature and distance) or even.")
     ] = None,
     creases: Annotated[str, typer.Option(help="Sharp edges of the data: auto finds them, none.")] = "auto",
-    picture: Annotated[Path | None, typer.Option(help="Write a picture of data and model to this file.")] = None,
-    view: Annotated[
-        str | None, typer.Option(help="Direction of view of the picture: iso, xy, -xy, xz, yx, ...")
-    ] = None,
-    up: Annotated[
-        str | None, typer.Option(help="Axis that points up in the picture: x, y, z, -x, -y, -z or auto.")
-    ] = None,
+    picture: report.Picture = None,
+    view: report.View = "iso",
+    up: report.Up = "auto",
     json: report.Json = False,
 ) -> int | str:
     """Fit a surface model to a volume, a label map, a scan or several scans."""
     output = report.writable(output, "--output", report.MODELS, inputs)
     picture = picture and report.writable(picture, "--picture", report.PICTURES, inputs)
-    camera = report.camera(view or "iso", up or "auto")
-    if picture is None and (view or up):
-        raise ValueError(f"--{'view' if view else 'up'} needs --picture")
+    camera = report.camera(view, up)
 
     with deferred_interrupts() as interrupts:
         from simplexmesh._base.progress import part_of

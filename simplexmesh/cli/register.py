@@ -24,7 +24,7 @@ def command(
     level: report.Level = None,
     label: report.Label = None,
     inside: report.Inside = "above",
-    picture: Annotated[Path | None, typer.Option(help="Write a picture of both, before and after.")] = None,
+    picture: report.Picture = None,
     json: report.Json = False,
 ) -> None:
     """Find the rigid motion between two objects, without an initial guess or a scale parameter."""

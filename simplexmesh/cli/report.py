@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
@@ -21,6 +21,7 @@ INTERRUPTED = 130
 KEPT = "interrupted, with the results so far kept"  # return value of such a command
 UPS = ("auto", "x", "y", "z", "-x", "-y", "-z")
 NOTES: list[str] = []  # the notes printed so far, for JSON
+ROWS = 30  # of a table in the report; JSON has all
 VIEWS = ("iso", "xy", "xz", "yz", "yx", "zx", "zy", "-xy", "-xz", "-yz", "-yx", "-zx", "-zy")
 
 Level = Annotated[float | None, typer.Option(help="Isovalue of an intensity volume.")]
@@ -69,6 +70,16 @@ def table(title: str, rows: Mapping[str, Any]) -> None:
     console = Console(file=sys.stdout, highlight=False, markup=False, emoji=False)  # file names are plain text
     console.print(title, style="bold")
     console.print(grid)
+
+
+def columns(titles: Sequence[str], rows: Sequence[Sequence[str]], rest: str = "more") -> str:
+    """Return titled columns of text, those of numbers flush right; of many rows the first, and how many more."""
+    aligned = []
+    for cells in zip(titles, *rows[:ROWS], strict=True):
+        width, numbers = max(map(len, cells)), all(set(cell) <= set("0123456789,.+-e") for cell in cells[1:])
+        aligned.append([cell.rjust(width) if numbers else cell.ljust(width) for cell in cells])
+    lines = ["  ".join(row).rstrip() for row in zip(*aligned, strict=True)]
+    return "\n".join(lines + [f"and {len(rows) - ROWS:,} {rest}, which --json lists"] * (len(rows) > ROWS))
 
 
 def tell(facts: Mapping[str, Any], title: str, rows: Mapping[str, Any], *, json: bool) -> None:

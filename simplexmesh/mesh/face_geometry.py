@@ -24,9 +24,9 @@ def _face_sums(values: Array, face_offsets: Indices32) -> Array:
     return np.add.reduceat(values, face_offsets[:-1], axis=0)
 
 
-def face_centroids(vertices: Array, face_vertices: Indices32, face_offsets: Indices32) -> Array:
-    """Return the mean (f, 3) of each face's vertices."""
-    return _face_sums(vertices[face_vertices], face_offsets) / np.diff(face_offsets)[:, None]
+def face_centroids(values: Array, face_vertices: Indices32, face_offsets: Indices32) -> Array:
+    """Return the mean (f, ...) of positions, or any other values (n, ...), over each face's vertices."""
+    return np.asarray((_face_sums(values[face_vertices], face_offsets).T / np.diff(face_offsets)).T)
 
 
 def raised(vertices: Array, normals: Array, connectivity: Connectivity) -> Array:

@@ -19,6 +19,7 @@ from simplexmesh.data.conversion import as_data
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
+from simplexmesh.mesh.face_geometry import face_centroids
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 MOST_POINTS = 200_000
@@ -144,9 +145,8 @@ def vertex_cells(shown: TriangleMesh, name: str, colors: Array) -> pv.PolyData:
 def per_point(mesh: SimplexMesh, values: Array) -> Array:
     """Return values of vertices with their mean over each face appended, for the centroids of the fan."""
     topology = mesh.connectivity
-    sums = np.add.reduceat(values[topology.face_vertices], topology.face_offsets[:-1], axis=0)
-    sizes = topology.face_sizes if values.ndim == 1 else topology.face_sizes[:, None]
-    return np.concatenate([values, (sums / sizes)[~topology.face_is_hole]])
+    means = face_centroids(values, topology.face_vertices, topology.face_offsets)
+    return np.concatenate([values, means[~topology.face_is_hole]])
 
 
 def _faces(vertices: Array, faces: NDArray[np.integer[Any]]) -> pv.PolyData:

@@ -82,7 +82,7 @@ def right(made: Discretized, noise: float, seed: int) -> float:
     zero = np.zeros_like(H)
     exact = [hk.signs(h, k, zero + 1e-9, zero + 1e-9) for h in (H, np.where(abs(H) < near, 0, H))
              for k in (K, np.where(abs(K) < 10 * near**2, 0, K))]  # fmt: skip
-    return float(np.any([labels == each for each in exact], axis=0)[made.scored].mean())
+    return float(np.any([labels == each for each in exact], axis=0)[made.inner].mean())
 
 
 def classes() -> None:

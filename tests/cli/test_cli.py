@@ -327,10 +327,6 @@ class TestBadInput:
     def test_points_that_are_not_numbers_are_told(self, refused, files, tmp_path):
         refused("reconstruct", files / "nan.xyz", "-o", tmp_path / "out.vtp")
 
-    def test_a_side_without_a_picture_is_refused(self, command, files, tmp_path):
-        code, _, err = command("reconstruct", files / "ball.xyz", "-o", tmp_path / "b.vtp", "--view", "xz")
-        assert (code, err) == (2, "error: --view needs --picture\n")
-
     def test_a_missing_argument_is_told(self, refused):
         refused("reconstruct")
 

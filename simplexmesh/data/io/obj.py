@@ -1,4 +1,4 @@
-"""Colors, texture and unit of OBJ files, which VTK leaves, and writing of them."""
+"""Colors, texture and unit of OBJ files, of which VTK leaves the unit and spoils the colors, and writing of them."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def with_texture(surface: TriangleMesh, dataset: Any) -> TriangleMesh:
 
 
 def with_colors(surface: TriangleMesh, path: Path) -> TriangleMesh:
-    """Return the surface read from an OBJ file with what VTK leaves: colors in lines `v x y z r g b`, and the unit."""
+    """Return the surface read from an OBJ file with its colors in lines `v x y z r g b`, and its unit."""
     text = path.read_text(encoding="latin-1")
     unit = _UNIT.search(text)
     surface = replace(surface, unit=known_unit(unit[1]) if unit else None)

@@ -1,4 +1,4 @@
-"""Candidate motions between two surfaces: votes of point pairs, principal axes, and a covering of all rotations.
+"""Candidate motions between two surfaces, by votes of point pairs.
 
 A match of two pairs determines the target point of a source point, and the rotation about its normal (B. Drost,
 M. Ulrich, N. Navab, S. Ilic, Model globally, match locally, CVPR 2010).
@@ -16,7 +16,6 @@ from simplexmesh.recognition.register import _kernels_point_pairs
 from simplexmesh.recognition.register._kernels_point_pairs import Framed
 from simplexmesh.recognition.register.oriented_points import OrientedPoints
 from simplexmesh.recognition.register.pose_scoring import motion_rows
-from simplexmesh.recognition.sai.rotations import even_representatives, icosahedral_group
 
 PAIR_POINTS, REFERENCES, PEAKS = 600, 200, 8
 """Points of each surface that form pairs, those of the source that vote, and motions of each: more find smaller
@@ -24,12 +23,7 @@ overlaps and take longer."""
 
 
 def pose_candidates(source: OrientedPoints, target: OrientedPoints, size: float, rng: np.random.Generator) -> Array:
-    """Return all candidate motions (h, 12); `size` is the extent of the smaller surface."""
-    return np.concatenate([pair_candidates(source, target, size, rng), centered_candidates(source, target)])
-
-
-def pair_candidates(source: OrientedPoints, target: OrientedPoints, size: float, rng: np.random.Generator) -> Array:
-    """Return the motions (h, 12) with the most votes of point pair features."""
+    """Return the motions (h, 12) with the most votes of point pair features; `size` is the extent of the smaller."""
     one, other = (_framed(each, each.sample(PAIR_POINTS, rng)) for each in (source, target))
     table = _kernels_point_pairs.pair_table(other, size)
     references = np.sort(rng.permutation(len(one.points))[:REFERENCES])
@@ -64,12 +58,3 @@ def axis_candidates(source: tuple[Array, Array], target: tuple[Array, Array]) ->
     flips = np.array([f for f in itertools.product((1.0, -1.0), repeat=3) if np.prod(f) > 0])
     R = (B.T * flips[:, None]) @ A
     return motion_rows(R, target_center - R @ source_center)
-
-
-def centered_candidates(source: OrientedPoints, target: OrientedPoints) -> Array:
-    """Return motions (h, 12) that align centers: the four of the principal axes, then about 600 evenly spaced."""
-    source_center, target_center = source.points.mean(axis=0), target.points.mean(axis=0)
-    group = icosahedral_group()
-    R = np.einsum("gab,jbc->jgac", group, even_representatives(10, group)).reshape(-1, 3, 3)
-    axes = axis_candidates(principal_axes(source.points), principal_axes(target.points))
-    return np.concatenate([axes, motion_rows(R, target_center - R @ source_center)])

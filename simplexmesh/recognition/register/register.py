@@ -153,9 +153,8 @@ def register(
 ) -> Registration:
     """Find the rigid motion between two objects, without an initial guess and without scaling.
 
-    Candidates come from votes of point pair features (Drost and others 2010), the principal axes and a covering of all
-    rotations. They are refined by point-to-plane steps and scored by how much of both surfaces agrees; the best is
-    refined on all points.
+    Candidates come from votes of point pair features (Drost and others 2010). They are refined by point-to-plane steps
+    and scored by how much of both surfaces agrees; the best is refined on all points.
 
     Parameters
     ----------

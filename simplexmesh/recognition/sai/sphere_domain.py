@@ -9,6 +9,7 @@ import numpy as np
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices
+from simplexmesh.mesh.face_geometry import face_centroids
 from simplexmesh.mesh.shapes import sphere
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.recognition.sai import _kernels_rotations
@@ -70,8 +71,7 @@ class SphereDomain:
     def face_means(self, values: Array) -> Array:
         """Return the mean of values (n, ...) over the vertices of each face, (f, ...)."""
         connectivity = self.mesh.connectivity
-        sums = np.add.reduceat(values[connectivity.face_vertices], connectivity.face_offsets[:-1], axis=0)
-        return np.asarray(sums / connectivity.face_sizes.reshape((-1,) + (1,) * (values.ndim - 1)))
+        return face_centroids(values, connectivity.face_vertices, connectivity.face_offsets)
 
     def interpolated(self, values: Array, locations: SphereLocations) -> Array:
         """Return values (n, ...) at locations, (k, ...): linear between vertices and the means over faces."""

@@ -19,7 +19,7 @@ from simplexmesh.recognition.register import pose_scoring
 from simplexmesh.recognition.register import register as registration
 from simplexmesh.recognition.register.icp import about_origin
 from simplexmesh.recognition.register.oriented_points import OrientedPoints, oriented_points
-from simplexmesh.recognition.register.pose_candidates import pair_candidates
+from simplexmesh.recognition.register.pose_candidates import pose_candidates
 from simplexmesh.recognition.register.pose_scoring import (
     SAME_ANGLE,
     SAME_SHIFT,
@@ -347,7 +347,7 @@ class TestKernels:
         T = motion(rng)
         one = OrientedPoints(points, normals, 0.1, 0.0, points)
         other = OrientedPoints(moved(T, points), normals @ T[:3, :3].T, 0.1, 0.0, moved(T, points))
-        found = pair_candidates(one, other, 4.0, rng).reshape(60, -1, 3, 4)
+        found = pose_candidates(one, other, 4.0, rng).reshape(60, -1, 3, 4)
         at = np.einsum("rpij,nj->rpni", found[..., :3], points) + found[..., None, :, 3]
         home = np.linalg.norm(at - moved(T, points), axis=-1).min(axis=-1) < 1e-9  # the point meets its own image
         angle = np.array([[turn_between(each, T) for each in row] for row in found])
