@@ -15,6 +15,7 @@ import pyvista as pv
 import simplexmesh as sm
 from simplexmesh._base._kernels_compiled import FIRST_USE
 from simplexmesh.plot.stage import SCREEN, fit_screen
+from tests.nightly.marks import nightly
 
 Image = pytest.importorskip("PIL.Image")
 
@@ -115,7 +116,7 @@ def run(*command, display=None, **variables):
 
 @pytest.mark.slow
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the others have a display")
-@pytest.mark.parametrize("display", [pytest.param(None, marks=pytest.mark.nightly), NOWHERE])
+@pytest.mark.parametrize("display", [*nightly(None), NOWHERE])
 def test_nothing_is_said_of_x_servers(display, tmp_path):
     sm.sphere(4).save(tmp_path / "ball.vtp")
     command = f"import os; os.chdir({str(tmp_path)!r}); from simplexmesh.cli import main; main(['view', 'ball.vtp'])"
