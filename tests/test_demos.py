@@ -44,7 +44,7 @@ def ran():
 
 
 NAMES = sorted(path.stem for path in FOLDER.glob("*.py"))
-SHORT = {"curvature", "dented", "features", "frog", "saddle", "saliency", "shapes", "simplified"}
+SHORT = {"curvature", "features", "frog", "shapes"}
 
 
 @pytest.mark.parametrize(
@@ -89,6 +89,7 @@ def test_curvature_is_exact_on_spheres_and_of_second_order_on_tubes(ran):
     assert np.log2(coarse / fine) == pytest.approx(2, abs=0.1)
 
 
+@pytest.mark.nightly
 def test_the_dented_sphere_becomes_rounder_all_the_way(ran):
     _, out = ran("dented")
     sphericity = out["sphericity"]
@@ -138,6 +139,7 @@ def test_refinement_fills_the_bottle(ran, tmp_path):
     assert (tmp_path / "film.gif").stat().st_size > 20_000
 
 
+@pytest.mark.nightly
 def test_a_scan_becomes_few_triangles_within_its_noise(ran):
     demo, out = ran("simplified")
     assert out["clean"].n_faces < 0.01 * out["scan"].n_faces
@@ -181,6 +183,7 @@ def test_a_part_finds_its_place_and_signatures_agree(ran, tmp_path):
     assert picture.stat().st_size > 20_000
 
 
+@pytest.mark.nightly
 def test_solids_on_a_plate_are_told_apart(ran):
     _, out = ran("saliency")
     named = {name: kind for name, (kind, _) in out["named"].items()}
@@ -279,6 +282,7 @@ def test_the_plant_has_its_primitives_and_its_pipes(ran):
     assert line.elements[0].radius == pytest.approx(0.07, rel=0.01)
 
 
+@pytest.mark.nightly
 def test_films_have_no_mean_curvature_and_the_wire_no_corners(ran):
     _, out = ran("saddle")
     corners, wire, angled = out["meshes"].values()

@@ -172,10 +172,7 @@ def sheet(along, lines, shape):
     return np.stack(shape(u, v), axis=1)
 
 
-@pytest.mark.parametrize(
-    ("along", "lines"),
-    [(77, 77), *nightly((133, 45), (250, 24)), (545, 11)],
-)
+@pytest.mark.parametrize(("along", "lines"), [(77, 77), *nightly((133, 45), (250, 24)), (545, 11)])
 def test_lines_of_a_scanner_may_be_fifty_times_as_far_apart_as_their_points(along, lines):
     floor = sheet(along, lines, lambda u, v: (4 * u, 4 * v, 0 * u))
     pipe = sheet(along, lines, lambda u, v: (1 + 0.6 * np.cos(3.8 * u), 3.6 * v, 1.5 + 0.6 * np.sin(3.8 * u)))

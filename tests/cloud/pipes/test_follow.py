@@ -42,14 +42,7 @@ def followed(chain, *, noise=0.01, arc=360.0, seed=0, hidden=(0.0, 0.0), station
 class TestBends:
     """Protocol P8: straight, elbow, straight."""
 
-    @pytest.mark.parametrize(
-        ("arc", "noise"),
-        [
-            (200.0, 0.04),
-            (360.0, 0.01),
-            *nightly((200.0, 0.01), (360.0, 0.04)),
-        ],
-    )
+    @pytest.mark.parametrize(("arc", "noise"), [(200.0, 0.04), (360.0, 0.01), *nightly((200.0, 0.01), (360.0, 0.04))])
     @pytest.mark.parametrize("ratio", [1.25, 1.5, 2.0, 3.0, 6.0])
     def test_of_all_radii_are_followed(self, ratio, arc, noise):
         line = followed(elbow(ratio), noise=noise, arc=arc)

@@ -165,11 +165,6 @@ def test_there_are_none_where_there_is_no_pipe(shape):
         plant.mesh()
 
 
-def test_radii_may_be_bounded():
-    plant = sm.extract_pipes(np.concatenate(two_lines()), radius=(0.3, 0.7))
-    assert [len(line.elements) for line in plant.lines] == [1]
-
-
 def test_a_radius_in_another_unit_is_told():
     points = np.concatenate(two_lines())
     with pytest.warns(sm.SimplexMeshWarning, match=r"^no pipe has the radius .*: cylinders have 0\.\d+ to [01]\.?\d*$"):

@@ -84,12 +84,7 @@ def smooth_body(count):
 
 
 @pytest.mark.parametrize(
-    ("pick", "why"),
-    [
-        (7, "no cylinder fits"),
-        *nightly((22, "no cylinder fits")),
-        (9, "points deviate by"),
-    ],
+    ("pick", "why"), [(7, "no cylinder fits"), *nightly((22, "no cylinder fits")), (9, "points deviate by")]
 )
 def test_where_the_noise_is_known_a_body_is_no_pipe(pick, why):
     points = smooth_body(6000)

@@ -17,14 +17,7 @@ VTK = (
 )
 
 
-@pytest.mark.parametrize(
-    "offsets",
-    [
-        "0 3 99999999999",
-        "0 6 3",
-        *nightly("0 3 -6", "3 3 6", "0 3 5"),
-    ],
-)
+@pytest.mark.parametrize("offsets", ["0 3 99999999999", "0 6 3", *nightly("0 3 -6", "3 3 6", "0 3 5")])
 def test_offsets_of_vtk_cells(offsets, tmp_path, capfd):
     (tmp_path / "a.vtk").write_text(VTK.format("0 3 6"))
     assert len(sm.read(tmp_path / "a.vtk").faces) == 2

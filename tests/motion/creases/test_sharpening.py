@@ -146,8 +146,7 @@ def test_creases_that_folds_leave_none_of_are_told(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("vertices", "message"),
-    [(400, "only .* are in the model"), *nightly((3000, "the model stays smooth"))],
+    ("vertices", "message"), [(400, "only .* are in the model"), *nightly((3000, "the model stays smooth"))]
 )
 def test_small_faces_that_keep_few_edges_keep_none(monkeypatch, vertices, message):
     def released(scene, mesh, target, creased):

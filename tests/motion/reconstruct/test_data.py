@@ -12,7 +12,7 @@ from tests.nightly.marks import nightly
 
 pytestmark = pytest.mark.data
 
-NIGHTLY = ("ellipsoid.off", "torus.stl", "eight.off", "knot1.off")
+NIGHTLY = ("ellipsoid.off", "torus.stl", "eight.off", "knot1.off", "spot.obj")
 CLOSED = {
     "ellipsoid.off": 0,
     "torus.stl": 1,
@@ -87,11 +87,7 @@ def test_volumes_are_met_to_a_quarter_of_a_voxel(data_folder, name, level, verti
 
 @pytest.mark.parametrize(
     ("name", "level", "vertices"),
-    [
-        ("head_ct.mhd", 500, 3000),
-        *nightly(("fandisk.off", None, 2000)),
-        *nightly(("lion_head.off", None, 3000)),
-    ],
+    [("head_ct.mhd", 500, 3000), *nightly(("fandisk.off", None, 2000), ("lion_head.off", None, 3000))],
 )
 @pytest.mark.filterwarnings("ignore::simplexmesh._base.errors.SimplexMeshWarning")  # the lion's head is open
 def test_vertices_are_spent_where_the_data_asks_for_them(data_folder, name, level, vertices):

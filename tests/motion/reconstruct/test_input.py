@@ -313,12 +313,7 @@ def test_scans_with_opposed_normals_are_fitted_without_them():
 
 
 @pytest.mark.parametrize(
-    ("unit", "init"),
-    [
-        (1e-50, "sphere"),
-        (1e50, "auto"),
-        *nightly((1e-50, "auto"), (1e50, "sphere")),
-    ],
+    ("unit", "init"), [(1e-50, "sphere"), (1e50, "auto"), *nightly((1e-50, "auto"), (1e50, "sphere"))]
 )
 def test_units_beyond_single_precision_give_the_same_model(unit, init):
     egg = sm.sphere(14).vertices * [3, 2, 1]

@@ -79,10 +79,7 @@ def test_open_surfaces_are_kept_open(shell, holes, area, noise):
     assert cKDTree(rim).query(border)[0].mean() < mean_edge(mesh)
 
 
-@pytest.mark.parametrize(
-    "size",
-    [(1, 1, 1), *nightly(((2, 1, 1),), ((1, 1, 2),))],
-)
+@pytest.mark.parametrize("size", [(1, 1, 1), *nightly(((2, 1, 1),), ((1, 1, 2),))])
 def test_boxes_without_a_bottom_are_closed(size):
     rng = np.random.default_rng(7)
     sides = [np.insert(rng.random((2000, 2)), axis, end, axis=1) for axis, end in SIDES_OF_BOX]
@@ -94,14 +91,8 @@ def test_boxes_without_a_bottom_are_closed(size):
     assert model.mesh.volume == pytest.approx(np.prod(size), rel=0.06)
 
 
-@pytest.mark.parametrize(
-    ("count", "shell"),
-    [
-        (6000, waves),
-        *nightly((30000, waves)),
-        *nightly((6000, saddle)),
-    ],
-)
+@pytest.mark.nightly
+@pytest.mark.parametrize(("count", "shell"), [(6000, waves), (30_000, waves), (6000, saddle)])
 def test_sheets_as_thick_as_their_noise_are_no_solids(count, shell):
     points = noisy(sheet(shell)(count, rng := np.random.default_rng(5))[0], rng)
     with warnings.catch_warnings(record=True) as told:

@@ -44,10 +44,7 @@ def sampled(folder, name, total, seed):
     return np.concatenate([mesh.vertices, (1 - s) * a[chosen] + s * (1 - t) * b[chosen] + s * t * c[chosen]])
 
 
-@pytest.mark.parametrize(
-    ("count", "noise"),
-    [(3000, 0.0), (20_000, 0.002), *nightly((20_000, 0.0), (20_000, 0.01))],
-)
+@pytest.mark.parametrize(("count", "noise"), [(3000, 0.0), (20_000, 0.002), *nightly((20_000, 0.0), (20_000, 0.01))])
 def test_a_torus_from_bare_points(count, noise):
     points, _ = torus(count, 0, noise)
     start = start_from_points(PointCloud(points), 2000)
@@ -134,10 +131,7 @@ def bowl(seed, wall, count=12_000):
     return points, np.concatenate([np.where(inner, -out, out), up])
 
 
-@pytest.mark.parametrize(
-    ("vertices", "seeds"),
-    [(200, [0]), *nightly((200, [0, 1, 2]), (400, [0, 1, 2]))],
-)
+@pytest.mark.parametrize(("vertices", "seeds"), [(200, [0]), *nightly((200, [0, 1, 2]), (400, [0, 1, 2]))])
 def test_a_wall_thinner_than_faces_are_long_does_not_cross_itself(vertices, seeds, monkeypatch):
     clouds = [PointCloud(*bowl(seed, 0.05)) for seed in seeds]
     meshes = [start_from_points(cloud, vertices).mesh for cloud in clouds]

@@ -151,14 +151,7 @@ def test_thin_bodies_start_and_end_untangled_and_close_to_their_labels(body, ver
     assert out.distance.mesh_to_data.rms < 0.25
 
 
-@pytest.mark.parametrize(
-    ("body", "seed"),
-    [
-        (shell, 2),
-        (rods, 0),
-        *nightly((shell, 3), (rods, 1)),
-    ],
-)
+@pytest.mark.parametrize(("body", "seed"), [(shell, 2), (rods, 0), *nightly((shell, 3), (rods, 1))])
 def test_a_start_is_thickened_where_it_would_cross_itself_and_has_to_be(body, seed, monkeypatch):
     volume = Volume(body(seed).astype(np.uint8))
     thick = start_from_volume(volume, label=1, vertices=1000, tunnels=0.0).mesh

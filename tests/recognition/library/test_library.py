@@ -75,10 +75,7 @@ def scan_of(mesh, share, noise, rng):
 
 
 class TestRecognition:
-    @pytest.mark.parametrize(
-        ("share", "noise"),
-        [*nightly((1.0, 0.01), (0.7, 0.005)), (0.5, 0.005)],
-    )
+    @pytest.mark.parametrize(("share", "noise"), [*nightly((1.0, 0.01), (0.7, 0.005)), (0.5, 0.005)])
     def test_finds_each_body_and_where_it_lies(self, library, known, share, noise):
         rng = np.random.default_rng(3)
         for name, mesh in known.items():

@@ -41,6 +41,7 @@ def test_scans_fused_and_one_alone(data_folder):
     assert alone.visible_area < 0.7 * fused.visible_area
 
 
+@pytest.mark.nightly
 def test_a_surface_with_handles_and_a_shell(data_folder):
     elephant, lion = (sm.sai(data_folder / name, 7) for name in ("elephant.off", "lion_head.off"))
     assert elephant.mesh.genus == 0

@@ -74,6 +74,7 @@ class TestPoses:
         assert angles.max() < 0.5
         assert shifts.max() < 30
 
+    @pytest.mark.nightly
     def test_do_not_depend_on_which_way_normals_point(self):
         """Scans of which some are inside out; at once, or where it takes a second look."""
         scans, poses = views(4, np.random.default_rng(6))
@@ -118,10 +119,7 @@ class TestPoses:
         assert min(contact(one, other, T)) > 0.8
         assert contact(one, other, T) == contact(other, one, np.linalg.inv(T))
 
-    @pytest.mark.parametrize(
-        "body",
-        [sm.ellipsoid((3, 2, 1), 20), *nightly(sm.torus(radius=2.0, tube_radius=0.5))],
-    )
+    @pytest.mark.parametrize("body", [sm.ellipsoid((3, 2, 1), 20), *nightly(sm.torus(radius=2.0, tube_radius=0.5))])
     def test_of_symmetric_scans_are_told_to_be_one_of_several(self, body):
         at = body.vertices
         turned = at @ reference.random_rotation(np.random.default_rng(0))

@@ -96,10 +96,7 @@ class TestAccuracy:
         assert off(found.mean, exact.mean) <= most
 
     @pytest.mark.slow
-    @pytest.mark.parametrize(
-        ("noise", "others"),
-        [(0.0, 0.0078), *nightly((0.01, 0.051), (0.1, 0.22))],
-    )
+    @pytest.mark.parametrize(("noise", "others"), [(0.0, 0.0078), *nightly((0.01, 0.051), (0.1, 0.22))])
     def test_of_the_mean_on_a_fine_torus(self, noise, others):
         exact, mesh = torus("41k", noise)
         assert off(sm.curvature(mesh).mean, exact.mean) <= (others / 2 if noise else others / 100)

@@ -88,6 +88,7 @@ class TestPterion:
         pit = sm.snap_landmark(mesh, self.PICKS[0], "pit", radius=0.6, curvature=curvature)
         assert np.linalg.norm(pit.point[:2] - MEETING) > 0.3
 
+    @pytest.mark.nightly
     def test_a_sample_of_many_vertices_leads_to_the_same_place(self, monkeypatch):
         mesh = vault(140)
         curvature, samples = sm.curvature(mesh), as_sampled_surface(mesh)
