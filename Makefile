@@ -13,7 +13,7 @@ help:
 	@echo "make test       lint, types and the whole test suite"
 	@echo "make kernels    compile all kernels, which otherwise happens at first use"
 	@echo "make suite      the test suite alone, by one process per core but at most WORKERS=4"
-	@echo "make nightly    millions of random operators, new examples of hypothesis, and faults put in to see tests fail"
+	@echo "make nightly    more seeds, shapes and files, millions of random operators, and faults put in to see tests fail"
 	@echo "make docs       the documentation, with the gallery, into docs/_build/html"
 	@echo "make benchmark  nanoseconds per vertex, and ratios against peers"
 	@echo "make clean      remove what was made"

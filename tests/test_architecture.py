@@ -102,12 +102,17 @@ def files() -> list[Path]:
     return [path for path in sorted(ROOT.rglob("*.py")) if "__pycache__" not in path.parts]
 
 
+@cache
+def nodes_of(source: str) -> list[ast.AST]:
+    return list(ast.walk(ast.parse(source)))
+
+
 def imports(source: str) -> Iterator[str]:
     """Every module or name a source imports, wherever in the file; imports for type checkers only are left out.
 
     Where an import names what is only known when it runs, these tell what it may be.
     """
-    nodes = list(ast.walk(ast.parse(source)))
+    nodes = nodes_of(source)
     by_name = [node.args[0] for node in nodes if isinstance(node, ast.Call) and node.args and is_import(node)]
     unreal = {
         inner
@@ -239,7 +244,7 @@ def body_lines(function: ast.FunctionDef) -> int:
 
 
 def long_functions(source: str) -> list[str]:
-    functions = [n for n in ast.walk(ast.parse(source)) if isinstance(n, ast.FunctionDef | ast.AsyncFunctionDef)]
+    functions = [n for n in nodes_of(source) if isinstance(n, ast.FunctionDef | ast.AsyncFunctionDef)]
     return [f"{f.name} has {body_lines(f)} lines" for f in functions if body_lines(f) > LONGEST_BODY]
 
 
@@ -259,10 +264,10 @@ def parameter_count(function: ast.FunctionDef) -> int:
 
 def wide_functions(source: str, public: Iterable[str] = ()) -> list[str]:
     """The functions of more parameters than a reader holds in mind, but for those of some names or classes."""
-    tree = ast.parse(source)
-    doors = [n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef | ast.ClassDef) and n.name in {*public}]
+    nodes = nodes_of(source)
+    doors = [n for n in nodes if isinstance(n, ast.FunctionDef | ast.ClassDef) and n.name in {*public}]
     free = {inner for door in doors for inner in (door, *(door.body if isinstance(door, ast.ClassDef) else ()))}
-    functions = [n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef) and n not in free]
+    functions = [n for n in nodes if isinstance(n, ast.FunctionDef) and n not in free]
     counts = [(f.name, parameter_count(f)) for f in functions]
     return [f"{name} has {count} parameters" for name, count in counts if count > MOST_PARAMETERS]
 
@@ -324,7 +329,7 @@ def test_every_name_in_the_page_is_one_of_the_library():
     """Of a file, a folder, or in its code; words of prose do not count."""
     known = {part.removesuffix(".py") for path in [*files(), *TESTS.glob("*")] for part in path.parts}
     for path in files():
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in nodes_of(path.read_text(encoding="utf-8")):
             known.update(each for each in vars(node).values() if isinstance(each, str))
     assert set(re.findall(r"`(\w+)`", ARCHITECTURE)) - known == set()
 

@@ -1,4 +1,7 @@
-"""Every demo runs, small, and its numbers are right; the gallery shows all of them."""
+"""Every demo runs, small, and its numbers are right; the gallery shows all of them.
+
+Those that take long run every night, and in full with each build of the documentation.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,6 @@ import pyvista.examples
 
 import simplexmesh as sm
 from simplexmesh.cli import app, frog
-from simplexmesh.cli.report import json_text
 
 FOLDER = Path(__file__).parents[1] / "demos"
 
@@ -42,9 +44,12 @@ def ran():
 
 
 NAMES = sorted(path.stem for path in FOLDER.glob("*.py"))
+SHORT = {"curvature", "features", "frog", "shapes"}
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.nightly] * (name not in SHORT)) for name in NAMES]
+)
 def test_every_demo_draws(ran, name, tmp_path):
     demo, out = ran(name)
     picture = sm.plot.picture(tmp_path / "picture.png", demo.show(out))
@@ -84,6 +89,7 @@ def test_curvature_is_exact_on_spheres_and_of_second_order_on_tubes(ran):
     assert np.log2(coarse / fine) == pytest.approx(2, abs=0.1)
 
 
+@pytest.mark.nightly
 def test_the_dented_sphere_becomes_rounder_all_the_way(ran):
     _, out = ran("dented")
     sphericity = out["sphericity"]
@@ -91,12 +97,14 @@ def test_the_dented_sphere_becomes_rounder_all_the_way(ran):
     assert 1 - sphericity[-1] < 0.25 * (1 - sphericity[0])
 
 
+@pytest.mark.nightly
 def test_the_noisy_torus_keeps_its_handle(ran):
     _, out = ran("noisy_scan")
     assert (out["mesh"].genus, out["mesh"].n_holes) == (1, 0)
     assert out["percent"] < 0.5
 
 
+@pytest.mark.nightly
 def test_the_sphere_becomes_a_face_with_one_hole(ran, tmp_path):
     demo, out = ran("sphere_to_face")
     percent = list(out["percent"].values())
@@ -108,6 +116,7 @@ def test_the_sphere_becomes_a_face_with_one_hole(ran, tmp_path):
     assert (tmp_path / "film.gif").stat().st_size > 50_000
 
 
+@pytest.mark.nightly
 def test_a_handle_appears_on_the_sphere(ran, tmp_path):
     demo, out = ran("sphere_to_torus")
     assert (out["genus"][0], out["genus"][-1]) == (0, 1)
@@ -118,6 +127,7 @@ def test_a_handle_appears_on_the_sphere(ran, tmp_path):
     assert (tmp_path / "film.gif").stat().st_size > 20_000
 
 
+@pytest.mark.nightly
 def test_refinement_fills_the_bottle(ran, tmp_path):
     demo, out = ran("refinement")
     assert out["distance"]["refined"] < 0.1 * out["distance"]["coarse"]
@@ -129,6 +139,7 @@ def test_refinement_fills_the_bottle(ran, tmp_path):
     assert (tmp_path / "film.gif").stat().st_size > 20_000
 
 
+@pytest.mark.nightly
 def test_a_scan_becomes_few_triangles_within_its_noise(ran):
     demo, out = ran("simplified")
     assert out["clean"].n_faces < 0.01 * out["scan"].n_faces
@@ -146,6 +157,7 @@ def test_a_scan_is_divided_along_its_edges(ran):
     assert len(zones) <= large.sum() + 1
 
 
+@pytest.mark.nightly
 def test_a_tenth_of_the_vertices_is_close_to_marching_cubes(ran):
     _, out = ran("decimated")
     full, tenth, few = out["models"].values()
@@ -159,6 +171,7 @@ def test_a_tenth_of_the_vertices_is_close_to_marching_cubes(ran):
     assert tenth.volume == pytest.approx(full.volume, rel=0.005)
 
 
+@pytest.mark.nightly
 def test_a_part_finds_its_place_and_signatures_agree(ran, tmp_path):
     demo, out = ran("recognition")
     assert out["error"] < 0.002
@@ -170,6 +183,7 @@ def test_a_part_finds_its_place_and_signatures_agree(ran, tmp_path):
     assert picture.stat().st_size > 20_000
 
 
+@pytest.mark.nightly
 def test_solids_on_a_plate_are_told_apart(ran):
     _, out = ran("saliency")
     named = {name: kind for name, (kind, _) in out["named"].items()}
@@ -184,6 +198,7 @@ def test_solids_on_a_plate_are_told_apart(ran):
     assert out["rim_radius"] == pytest.approx(0.5, abs=0.02)
 
 
+@pytest.mark.nightly
 def test_teeth_are_brought_into_contact(ran):
     _, out = ran("occlusion")
     assert out["error"] < 0.01
@@ -237,21 +252,17 @@ class TestFrog:
         with pytest.warns(sm.SimplexMeshWarning, match="^liver: merged$"), frog.warnings_prefixed("liver"):
             warnings.warn("merged", sm.SimplexMeshWarning, stacklevel=1)
 
-    def test_report_and_files(self, ran, tmp_path):
-        _, out = ran("frog")
-        facts = frog.written(out, tmp_path / "made" / "here")
-        written = {path.name for path in (tmp_path / "made" / "here").iterdir()}
-        models = {"kidney.vtp", "spleen.vtp", "kidney_from_scan.vtp"}
-        assert written == models | {"report.json", "frog.png", "kidney_from_scan.png"}
-        assert json.loads((tmp_path / "made/here/report.json").read_text()) == json.loads(json_text(facts))
-        assert facts["organs"]["kidney"]["vertices"] == sm.read_mesh(tmp_path / "made/here/kidney.vtp").n_vertices
-
-    def test_the_command_makes_it(self, monkeypatch, ran, tmp_path, capsys):
+    def test_the_command_writes_its_report_and_files(self, monkeypatch, ran, tmp_path, capsys):
         _, out = ran("frog")
         monkeypatch.setattr(frog, "main", lambda size, report: out)
-        assert app.run(["demo", "-o", str(tmp_path / "demo"), "--json"]) == 0
-        assert json.loads(capsys.readouterr().out)["scan"]["of"] == "kidney"
-        assert (tmp_path / "demo" / "frog.png").exists()
+        made = tmp_path / "made" / "here"
+        assert app.run(["demo", "-o", str(made), "--json"]) == 0
+        facts = json.loads(capsys.readouterr().out)
+        models = {"kidney.vtp", "spleen.vtp", "kidney_from_scan.vtp"}
+        assert {path.name for path in made.iterdir()} == models | {"report.json", "frog.png", "kidney_from_scan.png"}
+        assert json.loads((made / "report.json").read_text()) == facts
+        assert facts["scan"]["of"] == "kidney"
+        assert facts["organs"]["kidney"]["vertices"] == sm.read_mesh(made / "kidney.vtp").n_vertices
 
     def test_the_command_refuses_a_file_for_a_folder(self, tmp_path, capsys):
         (tmp_path / "demo").write_text("")
@@ -261,6 +272,7 @@ class TestFrog:
         assert "--size must be one of 'large', 'small', not 'huge'" in capsys.readouterr().err
 
 
+@pytest.mark.nightly
 def test_the_plant_has_its_primitives_and_its_pipes(ran):
     _, out = ran("plant")
     kinds = sorted(each.kind for each in out["scene"].primitives)
@@ -270,6 +282,7 @@ def test_the_plant_has_its_primitives_and_its_pipes(ran):
     assert line.elements[0].radius == pytest.approx(0.07, rel=0.01)
 
 
+@pytest.mark.nightly
 def test_films_have_no_mean_curvature_and_the_wire_no_corners(ran):
     _, out = ran("saddle")
     corners, wire, angled = out["meshes"].values()
@@ -288,6 +301,7 @@ def turned(points):
     return np.arccos(np.clip((ahead * np.roll(ahead, 1, axis=0)).sum(axis=1), -1, 1))
 
 
+@pytest.mark.nightly
 def test_a_vase_has_its_contours_and_nearly_its_angles(ran):
     _, out = ran("vase")
     vase = out["meshes"]["a vase"]
@@ -299,6 +313,7 @@ def test_a_vase_has_its_contours_and_nearly_its_angles(ran):
     assert np.allclose(np.linalg.norm(belly[:, :2], axis=1), 1.15)
 
 
+@pytest.mark.nightly
 def test_intrinsic_stabilizers_keep_circles_and_even_out_curvature(ran):
     _, out = ran("stabilizers")
     assert out["bends"]["IPS of order two"] < 1e-6  # piecewise linear
@@ -308,6 +323,7 @@ def test_intrinsic_stabilizers_keep_circles_and_even_out_curvature(ran):
     assert out["radii"]["rod 2"] < 1 - 1e-3
 
 
+@pytest.mark.nightly
 def test_a_nut_gets_its_edges(ran):
     _, out = ran("sharp")
     found, true = out["lengths"]

@@ -19,7 +19,9 @@ PAGES = [
     page for page in PAGES if page.name != "gallery.md" and "_build" not in page.parts
 ]  # that one is made of the demos
 SKIPPED = "<!-- not run"
-LONG = {"scans.md", "recognize.md", "compare.md", "reconstruction.md", "vertices.md", "print.md"}  # run every night
+LONG = {"compare", "curvature", "guides", "measure", "operators", "print"}
+LONG |= {"recognition", "recognize", "reconstruction", "scans", "vertices"}
+"""Pages that run every night."""
 
 
 def blocks(text, language):
@@ -47,7 +49,7 @@ def run(page, text):
 
 @pytest.mark.parametrize(
     "page",
-    [pytest.param(page, marks=[pytest.mark.nightly] * (page.name in LONG)) for page in PAGES],
+    [pytest.param(page, marks=[pytest.mark.nightly] * (page.stem in LONG)) for page in PAGES],
     ids=lambda page: page.name,
 )
 def test_python_runs(page, tmp_path, monkeypatch):

@@ -99,6 +99,7 @@ def test_registrations_tell_the_motion():
     assert min(orange.sum(), blue.sum()) > 100  # the end of the source, and the target
 
 
+@pytest.mark.nightly
 def test_scans_are_shown_together_each_in_its_color():
     egg = sm.ellipsoid((3, 2, 1), 20).vertices
     egg = egg + 0.1 * egg**2
@@ -137,6 +138,7 @@ def test_text_is_escaped():
     assert "&amp;" in grid(("x",), {"&": ("1",)})
 
 
+@pytest.mark.nightly
 def test_a_notebook_shows_them(tmp_path):
     nbformat = pytest.importorskip("nbformat")
     execute = pytest.importorskip("nbconvert.preprocessors").ExecutePreprocessor

@@ -15,6 +15,7 @@ import pytest
 
 import simplexmesh as sm
 from simplexmesh._base._kernels_both import PARALLEL_FROM, Both
+from tests.nightly.marks import nightly
 
 SLOW = ("plane", "quadric", "chen_schmitt", "extended_sine")  # to compile
 PACKAGE = Path(sm.__file__).parent
@@ -120,7 +121,7 @@ def test_of_curvature(compared, method):
     assert compared
 
 
-@pytest.mark.parametrize("method", ["area", *(pytest.param(method, marks=pytest.mark.nightly) for method in SLOW)])
+@pytest.mark.parametrize("method", ["area", *nightly(*SLOW)])
 def test_of_normals(compared, method):
     sm.vertex_normals(sm.torus(vertices=2 * PARALLEL_FROM).triangulated(), method=method)
     assert compared

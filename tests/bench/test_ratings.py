@@ -70,6 +70,7 @@ def rated():
 
 
 class TestRatings:
+    @pytest.mark.nightly
     def test_stand_in_the_documentation(self, rated):
         text = (Path(__file__).parents[2] / "docs" / "benchmark.md").read_text(encoding="utf-8")
         for kind, rows in rated.items():
@@ -79,6 +80,7 @@ class TestRatings:
                 cells = [cell.split()[0] for cell in line.split("|")[2:5]]
                 assert cells == [f"`{row[name]}`" for name in ("precision", "convergence", "stability")]
 
+    @pytest.mark.nightly
     def test_that_differ_from_the_thesis_are_explained_and_no_others(self, rated):
         text = (Path(__file__).parents[2] / "docs" / "benchmark.md").read_text(encoding="utf-8")
         for kind, rows in rated.items():
@@ -95,6 +97,7 @@ class TestRatings:
     def test_what_was_not_measured_has_no_order(self):
         assert ratings.rated("curvature", "adaptive", [], [])["order"] is None
 
+    @pytest.mark.nightly
     def test_the_best_are_the_thesiss(self, rated):
         best = {row["method"]: row["precision"] for row in rated["normals"] if row["method"] != "adaptive"}
         assert min(best, key=lambda name: ratings.GRADES.index(best[name])) in ("extended_sine", "quadric")

@@ -125,6 +125,7 @@ class TestReport:
         assert main(["-o", str(tmp_path / "report")]) == 130
         assert capsys.readouterr().err == "interrupted, nothing was written\n"
 
+    @pytest.mark.nightly
     @pytest.mark.slow
     def test_ctrl_c_leaves_nothing(self, tmp_path):
         command = [

@@ -13,6 +13,7 @@ import pyvista as pv
 import simplexmesh as sm
 from simplexmesh.cli.curvature import _rows
 from simplexmesh.data.io.writing import write
+from tests.nightly.marks import nightly
 
 EGG = sm.ellipsoid((3, 2, 1), 10).triangulated("dual")
 NAMES = {"k1", "k2", "mean", "gauss", "d1", "d2", "normals", "failed", "saliency", "hk_class"}
@@ -195,7 +196,7 @@ class TestReport:
 
 
 class TestPicture:
-    @pytest.mark.parametrize("show", ["mean", "gauss", "k1", "saliency", "classes", "all"])
+    @pytest.mark.parametrize("show", ["mean", *nightly("gauss", "k1", "saliency"), "classes", "all"])
     def test_is_drawn(self, command, files, tmp_path, show):
         picture = tmp_path / "egg.png"
         code, _, err = command(

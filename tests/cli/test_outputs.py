@@ -8,7 +8,12 @@ import pytest
 
 import simplexmesh as sm
 
-COMMANDS = {"reconstruct": ("--vertices", 40), "curvature": (), "decimate": ("--vertices", 100), "features": ()}
+COMMANDS = {
+    "reconstruct": ("--vertices", 40, "--creases", "none"),
+    "curvature": (),
+    "decimate": ("--vertices", 100),
+    "features": (),
+}
 every = pytest.mark.parametrize("name", COMMANDS)
 
 

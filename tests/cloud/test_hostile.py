@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 import simplexmesh as sm
 from simplexmesh.cloud.extraction.working import ON_SURFACE
 from simplexmesh.numerics.scan_lines import steps
+from tests.nightly.marks import nightly
 
 
 def test_three_points_do_not_tell_a_kind():
@@ -94,7 +95,7 @@ CURVES = {
 
 
 @pytest.mark.parametrize("noise", [0, 0.3])
-@pytest.mark.parametrize("count", [300, pytest.param(20_000, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("count", [300, *nightly(20_000)])
 @pytest.mark.parametrize("name", CURVES)
 def test_points_on_a_curve_are_no_surface(name, count, noise):
     points = CURVES[name](np.linspace(0, 1, count, endpoint=False))

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 import simplexmesh as sm
 from simplexmesh.surface.landmarks import morphed as morph
+from tests.nightly.marks import nightly
 
 EGG = sm.ellipsoid((3, 2, 1), 16)
 BALL = sm.sphere(24).triangulated("dual")
@@ -37,7 +38,7 @@ def potato(frequency=20):
 
 
 class TestAlign:
-    @pytest.mark.parametrize("seed", range(3))
+    @pytest.mark.parametrize("seed", [0, *nightly(1, 2)])
     def test_recovers_the_motion_from_rough_picks(self, seed):
         body, T = potato(), rigid(seed)
         rng = np.random.default_rng(seed)

@@ -10,6 +10,7 @@ from simplexmesh.mesh.shapes import sphere
 from simplexmesh.motion.start.from_points import start_from_points
 from simplexmesh.numerics.plane_fits import planes
 from simplexmesh.orientation.poisson import Fixpoint, Indicator, Poisson, oriented_indicator
+from tests.nightly.marks import nightly
 
 CELL = 0.0157
 
@@ -33,10 +34,8 @@ def planet(half, noise, seed):
     return points + rng.normal(0, noise, points.shape), normals
 
 
-@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.nightly)])
-@pytest.mark.parametrize(
-    ("half", "noise"), [(0.01, 0.0), pytest.param(0.014, 0.002, marks=pytest.mark.nightly), (0.02, 0.004)]
-)
+@pytest.mark.parametrize("seed", [0, *nightly(1)])
+@pytest.mark.parametrize(("half", "noise"), [(0.01, 0.0), *nightly((0.014, 0.002)), (0.02, 0.004)])
 def test_thin_sheets_have_two_sides(half, noise, seed):
     points, normals = planet(half, noise, seed)
     inward = oriented_indicator(points, planes(points), CELL).at(points)[1]
@@ -75,7 +74,7 @@ def tray(rng, size=(1.0, 1.0, 1.0)):
     return points * size
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [0, *nightly(1)])
 @pytest.mark.parametrize("shape", [cup, tray, lambda rng: tray(rng, (1.0, 1.0, 0.2))])
 def test_open_containers_are_full(shape, seed):
     """The flood enters them: the side of their walls is that of bodies that they would be with a lid."""
@@ -120,6 +119,7 @@ CUP = np.array([[0.0, 0], [1, 0], [1, 2], [0.9, 2], [0.9, 0.1], [0, 0.1]])
 TUBE = np.array([[0.4, 0], [0.4, 1], [0.3, 1], [0.3, 0]])
 
 
+@pytest.mark.nightly
 def test_walls_of_two_distances_between_points_have_hardly_any_tunnels():
     """Normals of planes through neighbors on both sides would leave ten in some."""
     wall = 2 * np.sqrt(8 * np.pi / 12_000)
@@ -131,7 +131,7 @@ def test_walls_of_two_distances_between_points_have_hardly_any_tunnels():
     assert sum(genera) <= 4
 
 
-@pytest.mark.parametrize("noise", [0.0, 0.002])
+@pytest.mark.parametrize("noise", [*nightly(0.0), 0.002])
 @pytest.mark.parametrize(("profile", "genus"), [(PIPE, 1), (CUP, 0), (TUBE, 1)])
 def test_closed_walls_are_not_filled(profile, genus, noise):
     """Cups and pipes with walls of a few distances between points are bodies: their inside is outside."""

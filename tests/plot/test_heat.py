@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 import simplexmesh as sm
 from simplexmesh.plot import color_scale, polydata
+from tests.nightly.marks import nightly
 
 
 @pytest.fixture(autouse=True)
@@ -200,7 +201,7 @@ class TestClasses:
         written = [plotter.actors[name].input for name in names]
         assert written == ["low", "high"]
 
-    @pytest.mark.parametrize(("columns", "beside"), [(1, False), (4, True)])
+    @pytest.mark.parametrize(("columns", "beside"), [(1, False), *nightly((4, True))])
     def test_legend_keeps_clear_of_what_is_shown(self, columns, beside):
         plane = pv.Plane(i_size=1.4).triangulate()
         plate = sm.TriangleMesh(plane.points, plane.regular_faces)

@@ -113,9 +113,10 @@ def run(*command, display=None, **variables):
     return out
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the others have a display")
-@pytest.mark.parametrize("display", [pytest.param(None, marks=pytest.mark.nightly), NOWHERE])
+@pytest.mark.parametrize("display", [None, NOWHERE])
 def test_nothing_is_said_of_x_servers(display, tmp_path):
     sm.sphere(4).save(tmp_path / "ball.vtp")
     command = f"import os; os.chdir({str(tmp_path)!r}); from simplexmesh.cli import main; main(['view', 'ball.vtp'])"
@@ -151,6 +152,7 @@ def test_the_window_follows_the_screen(screen):
     assert np.divide(*Plotter.window_size) == pytest.approx(1200 / 700, rel=0.01)
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_a_window_opens_on_a_small_screen():
     if shutil.which("Xvfb") is None:

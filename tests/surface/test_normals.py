@@ -16,6 +16,7 @@ from simplexmesh.bench.truth.graphs import graph
 from simplexmesh.surface.normals import _kernels_extended_sine as kernels
 from simplexmesh.surface.normals.estimate import METHODS, found_normals
 from tests.bench import article_rings
+from tests.nightly.marks import nightly
 from tests.surface import normal_errors, reference_normals
 
 NAMES = sorted(name for name in METHODS if not METHODS[name].own_scale)
@@ -400,17 +401,8 @@ def test_of_some_vertices_are_rows_of_all(method):
     assert_allclose(sm.vertex_normals(mesh, method, at=[7, 3, 7]), sm.vertex_normals(mesh, method)[[7, 3, 7]])
 
 
-@pytest.mark.parametrize("method", NAMES)
-def test_one_thread_and_all_agree(method):
-    mesh = sm.torus(100, 80).triangulated("dual")
-    assert mesh.n_vertices > 6000
-    few = np.arange(500)
-    whole, some = sm.vertex_normals(mesh, method), sm.vertex_normals(mesh, method, at=few)
-    assert_allclose(whole[:500], some, rtol=0, atol=1e-15)
-
-
-@pytest.mark.parametrize("along_the_beam", [False, True])
-@pytest.mark.parametrize(("ratio", "noise"), [(5, 0.2), (10, 0.2), (50, 0.2), (50, 2)])
+@pytest.mark.parametrize("along_the_beam", [False, *nightly(True)])
+@pytest.mark.parametrize(("ratio", "noise"), [(5, 0.2), (50, 2), *nightly((10, 0.2), (50, 0.2))])
 def test_clouds_on_lines_of_a_scanner_have_normals_and_curvatures(ratio, noise, along_the_beam):
     count = round((10_000 / ratio) ** 0.5)
     turn, height = np.meshgrid(np.linspace(0, 3, 10_000 // count), np.linspace(0.6, 2.4, count))

@@ -249,7 +249,7 @@ class TrianglesInput(Input):
         return self._sampled
 
     def start(self, vertices: int, tunnels: float | None) -> tuple[Start, Target]:
-        """Return the dual of the triangles, or of a coarse surface around even samples of them; these face out of it."""
+        """Return the dual of the triangles, or of a coarse surface around even samples of them; these face outward."""
         own = None if tunnels else start_from_triangles(self.source, vertices)
         if own is not None:
             return own, self.target

@@ -13,6 +13,7 @@ from simplexmesh.cloud.extraction.patches import Limits, fit, patch
 from simplexmesh.cloud.extraction.working import frequent, working
 from simplexmesh.cloud.fitting.selection import SURFACES
 from simplexmesh.data.primitives import Cone, Cylinder, Fit, Plane, Sphere, Torus
+from tests.nightly.marks import nightly
 
 TURN = (-np.pi, np.pi)
 SHAPES = {
@@ -32,7 +33,7 @@ def made(kind, count=3000, noise=0.0, seed=0):
     return shape, points + shape.gradient(points) * rng.normal(0, noise, (count, 1))
 
 
-@pytest.mark.parametrize("noise", [0.0, 0.01])
+@pytest.mark.parametrize("noise", [*nightly(0.0), 0.01])
 @pytest.mark.parametrize("kind", SHAPES)
 def test_one_shape_is_found_as_what_it_is(kind, noise):
     shape, points = made(kind, noise=noise)
@@ -49,13 +50,13 @@ def test_unit_does_not_matter(scale):
     assert one.radius == pytest.approx(0.7 * scale, rel=0.02)
 
 
-@pytest.mark.parametrize("draw", ["uniform", "normal"])
+@pytest.mark.parametrize("draw", ["uniform", *nightly("normal")])
 def test_a_cloud_without_surfaces_has_next_to_no_primitives(draw):
     points = getattr(np.random.default_rng(3), draw)(size=(4000, 3))
     assert (sm.extract_primitives(points).labels >= 0).mean() < 0.05
 
 
-@pytest.mark.parametrize(("ratio", "turn", "count"), [(2.1, 31, 20_000), (9.7, 35, 4000)])
+@pytest.mark.parametrize(("ratio", "turn", "count"), [*nightly((2.1, 31, 20_000)), (9.7, 35, 4000)])
 def test_elbows_alone_are_tori(ratio, turn, count):
     """Their normals are met by many lines nearly as well, and pieces look like cylinders, spheres and cones."""
     rng = np.random.default_rng(0)
@@ -192,7 +193,7 @@ def test_strays_beyond_an_end_are_not_of_a_pipe(monkeypatch, most):
     )
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, *nightly(2)])
 def test_of_beams_and_floors_there_are_no_cylinders(seed):
     """Protocol P11: three pipes, a beam of three plates and a floor; the thesis finds two more (6.3)."""
     rng = np.random.default_rng(seed)

@@ -10,6 +10,7 @@ import pytest
 
 import simplexmesh as sm
 from tests.cloud.scenes.scoring import matched
+from tests.nightly.marks import nightly
 
 PARTS = ("PC18", "PC42", "PC49")
 PRINTED = 1e-4
@@ -69,7 +70,7 @@ def test_kinds_and_parameters_of_parts(data_folder):
 
 
 @pytest.mark.data
-@pytest.mark.parametrize(("name", "least"), [pytest.param("PC18", 9, marks=pytest.mark.nightly), ("PC42", 2)])
+@pytest.mark.parametrize(("name", "least"), [*nightly(("PC18", 9)), ("PC42", 2)])
 def test_parts_are_found_when_nothing_is_told(data_folder, name, least):
     truth = part(data_folder, name)
     out = sm.extract_primitives(truth.points)

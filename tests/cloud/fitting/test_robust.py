@@ -10,13 +10,14 @@ from simplexmesh._base import vectors
 from simplexmesh.cloud.fitting import refine
 from simplexmesh.cloud.fitting.solver import solve
 from tests.cloud.fitting.clouds import PRIMITIVES, exact, noisy, same, with_outliers
+from tests.nightly.marks import nightly
 
 every = pytest.mark.parametrize("kind", PRIMITIVES)
 
 
 @every
-@pytest.mark.parametrize("share", [0.0, 0.1, 0.3])
-@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("share", [0.0, *nightly(0.1), 0.3])
+@pytest.mark.parametrize("seed", [0, *nightly(1)])
 def test_outliers_do_no_harm(kind, share, seed):
     """The points that are no outliers are as near as to their own least squares, within a tenth of the noise."""
     primitive, points = noisy(kind, 500, 0.01, seed)
@@ -52,7 +53,7 @@ def test_known_parameters_with_outliers():
     assert found.radius == pytest.approx(4, abs=0.01)
 
 
-@pytest.mark.parametrize("kind", ["sphere", "cylinder", "cone", "torus", "circle"])
+@pytest.mark.parametrize("kind", ["sphere", "cylinder", "cone", *nightly("torus"), "circle"])
 def test_a_wall_is_not_followed(kind):
     """Outliers that are on a plane draw the fit that starts from all points; those of random subsets do not follow."""
     primitive, points = noisy(kind, 500, 0.01)
@@ -65,8 +66,8 @@ def test_a_wall_is_not_followed(kind):
     assert np.sqrt(np.mean(found.distance(inner) ** 2)) < 1.1 * least
 
 
-@pytest.mark.parametrize("kept", [120, 160])
-@pytest.mark.parametrize("draws", [1, 3, 10])
+@pytest.mark.parametrize("kept", [120, *nightly(160)])
+@pytest.mark.parametrize("draws", [1, *nightly(3), 10])
 @pytest.mark.parametrize(("kind", "size"), [("plane", 3), ("sphere", 4), ("cylinder", 3), ("cone", 4)])
 def test_subsets_find_a_primitive_as_often_as_one_has_no_outlier(kind, size, draws, kept, monkeypatch):
     """Protocol P12: 1 - (1 - p^q)^K, where p^q is the chance that q of the points, drawn at random, are all on it."""

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 import simplexmesh as sm
 from simplexmesh.cloud.fitting import selection
 from tests.cloud.fitting.clouds import SURFACES, exact, moved, noisy, same, with_outliers
+from tests.nightly.marks import nightly
 
 P = sm.primitives
 SCENES = {
@@ -32,7 +33,7 @@ def scene(kind, seed):
     return points @ Rotation.random(random_state=seed).as_matrix().T + rng.normal(0, 1e4, 3)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [0, 1, *nightly(2, 3)])
 @pytest.mark.parametrize("kind", SCENES)
 def test_table_of_the_thesis(kind, seed):
     """The right kind is chosen, where the least e' is often that of a richer one."""
@@ -47,9 +48,15 @@ def test_table_of_the_thesis(kind, seed):
 
 
 @pytest.mark.parametrize("kind", SURFACES)
-def test_exact_and_robust_choices(kind):
+def test_exact_choices(kind):
     primitive, points = exact(kind)
     assert same(sm.fit_primitive(points, "any"), primitive)
+
+
+@pytest.mark.parametrize(
+    "kind", [pytest.param(k, marks=[pytest.mark.nightly] * (k not in ("plane", "cone"))) for k in SURFACES]
+)
+def test_robust_choices(kind):
     cloud = with_outliers(noisy(kind, 400)[1], 0.2, np.random.default_rng(0))[0]
     assert sm.fit_primitive(cloud, "any", robust=True).kind == kind
 

@@ -14,6 +14,7 @@ from simplexmesh.cloud.fitting.solver import solve
 from simplexmesh.numerics.plane_fits import planes
 from simplexmesh.numerics.round_fits import ball, cone_apex, met_axis
 from tests.cloud.fitting.clouds import PRIMITIVES, exact, moved, noisy, same
+from tests.nightly.marks import nightly
 
 P = sm.primitives
 
@@ -85,7 +86,7 @@ def test_cones_of_all_angles(angle):
     assert same(found, solve(cone, points), 1e-4)
 
 
-@pytest.mark.parametrize("span", [60, 90, 180, 300])
+@pytest.mark.parametrize("span", [60, *nightly(90, 180), 300])
 @pytest.mark.parametrize("ratio", [1.25, 3.0, 10.0])
 def test_bends_of_all_spans(span, ratio):
     """Half-visible bends; the starts of the thesis lose a third of those of 300 degrees."""

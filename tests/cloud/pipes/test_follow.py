@@ -17,6 +17,7 @@ from simplexmesh.cloud.pipes.tracing.tracking import Step, Track
 from tests.cloud.pipes.lines import meeting, random_line, sampled, unit
 from tests.cloud.scenes.line_scoring import line_score
 from tests.cloud.scenes.piping import pipe_line
+from tests.nightly.marks import nightly
 
 
 def elbow(ratio, angle=90.0, radius=1.0, straight=10.0):
@@ -41,8 +42,7 @@ def followed(chain, *, noise=0.01, arc=360.0, seed=0, hidden=(0.0, 0.0), station
 class TestBends:
     """Protocol P8: straight, elbow, straight."""
 
-    @pytest.mark.parametrize("noise", [0.01, 0.04])
-    @pytest.mark.parametrize("arc", [200.0, 360.0])
+    @pytest.mark.parametrize(("arc", "noise"), [(200.0, 0.04), (360.0, 0.01), *nightly((200.0, 0.01), (360.0, 0.04))])
     @pytest.mark.parametrize("ratio", [1.25, 1.5, 2.0, 3.0, 6.0])
     def test_of_all_radii_are_followed(self, ratio, arc, noise):
         line = followed(elbow(ratio), noise=noise, arc=arc)
@@ -233,7 +233,7 @@ class TestDiameters:
 
 
 class TestLines:
-    @pytest.mark.parametrize("seed", [0, 2, 4])
+    @pytest.mark.parametrize("seed", [0, *nightly(2, 4)])
     def test_of_many_elements_by_walls_are_found_whole(self, seed):
         scene = pipe_line(seed)
         line = sm.follow_pipe(scene.points, scene.points[scene.picks[3]])

@@ -15,6 +15,7 @@ from simplexmesh.cloud.pipes.follow import line_of
 from simplexmesh.cloud.pipes.plant import is_peaked
 from simplexmesh.cloud.pipes.tees import with_tees
 from tests.cloud.pipes.lines import random_line, sampled
+from tests.nightly.marks import nightly
 
 
 def two_lines(seed=0):
@@ -79,7 +80,7 @@ def test_cylinders_too_short_for_lines_are_told():
     assert len(sm.extract_pipes(points, radius=4.05).cylinders) == 1
 
 
-@pytest.mark.parametrize("length", [8.0, 26.0])
+@pytest.mark.parametrize("length", [8.0, *nightly(26.0)])
 def test_a_branch_as_wide_as_its_run_does_not_turn_into_it(length):
     rng = np.random.default_rng(2)
     run, branch = chain_of([[0, 0, 0], [20, 0, 0]], [], 1.0), chain_of([[9, 0, 0], [9, 0, length]], [], 1.0)
@@ -148,7 +149,7 @@ def test_where_a_branch_meets_a_straight(place, radius, meets):
         assert_allclose(tee.start, [*place[:2], 0], atol=0.05)
 
 
-@pytest.mark.parametrize("shape", ["wall", "ball", "dust"])
+@pytest.mark.parametrize("shape", ["wall", "ball", *nightly("dust")])
 def test_there_are_none_where_there_is_no_pipe(shape):
     rng = np.random.default_rng(0)
     ball = rng.normal(size=(2000, 3))
@@ -162,11 +163,6 @@ def test_there_are_none_where_there_is_no_pipe(shape):
     assert (plant.labels == -1).all()
     with pytest.raises(ValueError, match=r"^the plant has no lines$"):
         plant.mesh()
-
-
-def test_radii_may_be_bounded():
-    plant = sm.extract_pipes(np.concatenate(two_lines()), radius=(0.3, 0.7))
-    assert [len(line.elements) for line in plant.lines] == [1]
 
 
 def test_a_radius_in_another_unit_is_told():
@@ -193,7 +189,7 @@ def test_lines_stand_out_of_what_is_beside_them():
         assert not is_peaked(clutter, deviation)
 
 
-@pytest.mark.parametrize("around", [False, True])
+@pytest.mark.parametrize("around", [False, *nightly(True)])
 def test_lines_of_a_scanner_far_apart_are_followed(around):
     chain = chain_of([[0, 0, 0], [12, 0, 0], [12, 12.0, 0]], [3.0], 1.0)
     along, turns = (0.52, 0.02) if around else (0.02, 0.52)  # radii between points

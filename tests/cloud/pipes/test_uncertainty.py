@@ -48,6 +48,7 @@ def test_covariances_of_tori_are_those_of_repeated_scans(lines):
     assert 5 < np.mean(squares) < 9.5  # of 7 parameters: three standard deviations of a mean of 20
 
 
+@pytest.mark.nightly
 def test_covariances_of_cylinders_are_those_of_repeated_scans(lines):
     squares = []
     for line in lines:

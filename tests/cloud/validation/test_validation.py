@@ -32,7 +32,7 @@ RELIEFS = {  # relief in deviations of the noise, and what share of 1332 points 
     "bump": (lambda a, z: 3 * np.exp(-(((z / LENGTH - 0.5) / 0.08) ** 2) - (a / 0.2) ** 2), 0.9),
 }
 
-NIGHTLY, PROMPT = pytest.mark.nightly, ("cone", "step", "ripples")
+NIGHTLY, PROMPT, COMMON = pytest.mark.nightly, ("cone", "step", "ripples"), ("normal", "heavy-tailed")
 
 
 def verdict(fit, rng=0, derivatives=True, **options) -> Validation:
@@ -94,7 +94,7 @@ class TestProtocols:
 
 
 class TestLevel:
-    @pytest.mark.parametrize("name", NOISES)
+    @pytest.mark.parametrize("name", [each if each in COMMON else pytest.param(each, marks=NIGHTLY) for each in NOISES])
     def test_of_any_noise(self, name):
         found, normal, trials = [], 0, 300
         for seed in range(trials):
@@ -108,7 +108,8 @@ class TestLevel:
         assert (normal / trials > 0.9) == (name == "normal")
 
     @pytest.mark.parametrize(
-        ("count", "arc"), [(40, 160.0), (120, 40.0), (120, 360.0), pytest.param(1332, 160.0, marks=NIGHTLY)]
+        ("count", "arc"),
+        [(40, 160.0), (120, 360.0), *(pytest.param(*given, marks=NIGHTLY) for given in ((120, 40.0), (1332, 160.0)))],
     )
     def test_of_any_cloud(self, count, arc):
         trials = 300 if count < 1000 else 100

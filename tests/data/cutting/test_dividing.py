@@ -13,6 +13,7 @@ import simplexmesh as sm
 from simplexmesh.bench.truth.noise import noisy
 from simplexmesh.surface.saliency.unsampled_faces import unsampled_share
 from simplexmesh.surface.sampled_surface import as_sampled_surface
+from tests.nightly.marks import nightly
 
 CUBE = np.array([[i, j, k] for i in (-1.0, 1) for j in (-1.0, 1) for k in (-1.0, 1)])
 SIDES = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
@@ -146,13 +147,7 @@ class TestBareFaces:
     def test_rough_scans_have_sharp_edges_and_give_no_warning(self, noise):
         assert unsampled_share(as_sampled_surface(noisy(BALL, noise, rng=0))) == 0
 
-    @pytest.mark.parametrize(
-        "name",
-        [
-            *("coupling.off", "abc8.stl"),
-            *(pytest.param(name, marks=pytest.mark.nightly) for name in ("angle_block.stl", "featuretype.stl")),
-        ],
-    )
+    @pytest.mark.parametrize("name", [*("coupling.off", "abc8.stl"), *nightly("angle_block.stl", "featuretype.stl")])
     def test_cad_files_give_a_warning_and_can_be_divided(self, data_folder, name):
         mesh = sm.read(data_folder / name)
         with pytest.warns(sm.SimplexMeshWarning, match="as in files from CAD"):

@@ -82,6 +82,7 @@ def test_the_guide_is_watertight_and_its_negative_fits(plan):
         sm.boolean(guide, sm.TriangleMesh(placed.vertices - [0, 0, 1e-6], placed.faces), "intersection")
 
 
+@pytest.mark.nightly
 def test_the_guide_leads_back_to_where_it_was_made(plan):
     """A device that keeps a bone's place: put on the bone anywhere near, it finds the place it was cut for."""
     guide = plan["guide"]

@@ -8,6 +8,7 @@ import pyvista
 import SimpleITK as sitk
 
 import simplexmesh as sm
+from tests.nightly.marks import nightly
 
 VALUES = (np.random.default_rng(0).random((10, 12, 14)) * 200).astype(np.int16)
 VTK = (
@@ -16,7 +17,7 @@ VTK = (
 )
 
 
-@pytest.mark.parametrize("offsets", ["0 3 99999999999", "0 3 -6", "0 6 3", "3 3 6", "0 3 5"])
+@pytest.mark.parametrize("offsets", ["0 3 99999999999", "0 6 3", *nightly("0 3 -6", "3 3 6", "0 3 5")])
 def test_offsets_of_vtk_cells(offsets, tmp_path, capfd):
     (tmp_path / "a.vtk").write_text(VTK.format("0 3 6"))
     assert len(sm.read(tmp_path / "a.vtk").faces) == 2

@@ -229,7 +229,7 @@ def naively_advanced(one, mesh, target, max_step, bounds):
     return mesh.vertices
 
 
-@settings(max_examples=3)
+@settings(max_examples=2)
 @given(seed=seeds, size=st.sampled_from([0.3, 0.8]))
 def test_vertices_move_as_far_as_in_the_naive_reference(seed, size):
     mesh = shaken(shapes.sphere(2), seed, size)

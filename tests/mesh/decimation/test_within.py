@@ -23,6 +23,7 @@ from simplexmesh.mesh.triangulation import fan
 from tests.mesh.decimation.reference import apart, shaken
 from tests.mesh.decimation.test_decimate import box
 from tests.mesh.operators.test_editing import MESHES
+from tests.nightly.marks import nightly
 
 seeds = st.integers(0, 2**16)
 
@@ -106,7 +107,7 @@ def rolled(mesh):
 
 
 @pytest.mark.filterwarnings("ignore:no vertex could be removed")
-@pytest.mark.parametrize("part", [0.004, 0.05])
+@pytest.mark.parametrize("part", [*nightly(0.004), 0.05])
 @pytest.mark.parametrize("name", SURFACES)
 def test_a_tolerance_holds_everywhere(name, part):
     mesh = SURFACES[name]()

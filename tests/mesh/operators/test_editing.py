@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
@@ -92,6 +92,7 @@ CHANGE = {"remove": (-2, -3, -1), "insert": (2, 3, 1), "swap": (0, 0, 0)}
 
 
 @given(name=names, seed=seeds)
+@settings(max_examples=settings.default.max_examples // 3)
 def test_sequences_equal_their_twin_and_can_be_undone(name, seed):
     mesh, rng = MESHES[name], np.random.default_rng(seed)
     start = mesh.connectivity

@@ -13,6 +13,7 @@ from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from tests.mesh.families import ALL, renumbered
 from tests.mesh.isomorphism import holes_merged, holes_parted, invariant, mirrored, way_down, way_up, ways_by_swaps
 from tests.mesh.operators.test_editing import complete, with_holes
+from tests.nightly.marks import nightly
 
 TETRAHEDRON, CUBE, DODECAHEDRON = (shapes.sphere(1, base) for base in ("tetrahedron", "octahedron", "icosahedron"))
 
@@ -29,10 +30,10 @@ def test_regular_meshes_are_regular():
     [
         (CUBE, TETRAHEDRON, 12),
         (DODECAHEDRON, CUBE, 12),
-        pytest.param(DODECAHEDRON, TETRAHEDRON, 12, marks=pytest.mark.nightly),
+        *nightly((DODECAHEDRON, TETRAHEDRON, 12)),
         (shapes.torus(6, 4), shapes.torus(5, 4), 6),
-        pytest.param(shapes.torus(7, 4), shapes.torus(5, 4), 12, marks=pytest.mark.nightly),
-        pytest.param(shapes.torus(5, 6), shapes.torus(5, 4), 60, marks=pytest.mark.nightly),
+        *nightly((shapes.torus(7, 4), shapes.torus(5, 4), 12)),
+        *nightly((shapes.torus(5, 6), shapes.torus(5, 4), 60)),
         (shapes.plane(2, 2), with_holes(TETRAHEDRON, 0), 20),
     ],
 )

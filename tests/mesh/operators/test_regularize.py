@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
@@ -63,6 +63,7 @@ def test_nothing_is_left_to_swap(name, seed):
 
 
 @given(name=names, seed=seeds)
+@settings(max_examples=settings.default.max_examples // 3)
 def test_each_swap_is_of_a_most_unequal_edge(name, seed):
     mesh = uneven(MESHES[name], np.random.default_rng(seed), 30, 5)
     for k in range(6):

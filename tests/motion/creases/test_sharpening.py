@@ -9,6 +9,7 @@ from simplexmesh.mesh.triangles.self_intersection import self_intersections
 from simplexmesh.motion.creases import sharpening
 from simplexmesh.motion.creases.evidence import Evidence
 from tests.motion.creases.test_paths import CORNERS
+from tests.nightly.marks import nightly
 
 HALF = np.array([1.0, 0.8, 0.5])
 
@@ -23,7 +24,7 @@ def box_points(count=5000, noise=0.0, seed=0):
     return points * HALF + rng.normal(size=(count, 3)) * noise
 
 
-@pytest.fixture(scope="module", params=[0.0, 0.004])
+@pytest.fixture(scope="module", params=[*nightly(0.0), 0.004])
 def models(request):
     points = box_points(noise=request.param)
     return [sm.reconstruct(points, vertices=800, creases=creases) for creases in ("auto", "none")]
@@ -83,13 +84,20 @@ class TestBox:
         assert not sm.SimplexMesh(mesh.vertices, mesh.connectivity).check()  # normals of its corners mean nothing
 
 
-@pytest.mark.parametrize("shape", [sm.ellipsoid((1.0, 0.7, 0.5), 24), sm.torus(60, 40)])
+@pytest.mark.parametrize("shape", [sm.ellipsoid((1.0, 0.7, 0.5), 24), *nightly(sm.torus(60, 40))])
 def test_smooth_bodies_have_none(shape):
     points = shape.triangulated("dual").sampled(6000, rng=0).points
     assert sm.reconstruct(points, vertices=900).creases == ()
 
 
-def test_triangles_have_them_and_labels_not():
+def test_labels_have_none():
+    values = np.zeros((20, 20, 20), np.uint8)
+    values[5:15, 5:15, 5:15] = 1
+    assert sm.reconstruct(sm.Volume(values), label=1, vertices=600).creases == ()
+
+
+@pytest.mark.nightly
+def test_triangles_have_them():
     import pyvista as pv
 
     cube = pv.Cube().triangulate().clean()
@@ -97,9 +105,6 @@ def test_triangles_have_them_and_labels_not():
     assert sum(line.length for line in creases) == pytest.approx(12, abs=1)
     points = np.concatenate([line.points for line in creases])
     assert np.sort(0.5 - np.abs(points), axis=1)[:, 1].max() < 0.02  # two coordinates are those of a side
-    values = np.zeros((20, 20, 20), np.uint8)
-    values[5:15, 5:15, 5:15] = 1
-    assert sm.reconstruct(sm.Volume(values), label=1, vertices=600).creases == ()
 
 
 def test_motion_keeps_the_curvature_of_creases_out_of_averages():
@@ -140,7 +145,9 @@ def test_creases_that_folds_leave_none_of_are_told(monkeypatch):
     assert "crease" not in model.mesh.data
 
 
-@pytest.mark.parametrize(("vertices", "message"), [(400, "only .* are in the model"), (3000, "the model stays smooth")])
+@pytest.mark.parametrize(
+    ("vertices", "message"), [(400, "only .* are in the model"), *nightly((3000, "the model stays smooth"))]
+)
 def test_small_faces_that_keep_few_edges_keep_none(monkeypatch, vertices, message):
     def released(scene, mesh, target, creased):
         return mesh, creased & (mesh.vertices[:, :2] > 0).all(axis=1)
@@ -151,7 +158,7 @@ def test_small_faces_that_keep_few_edges_keep_none(monkeypatch, vertices, messag
     assert bool(model.creases) == (vertices == 400)
 
 
-@pytest.mark.parametrize("seed", [6, 7])
+@pytest.mark.parametrize("seed", [6, *nightly(7)])
 def test_loops_smaller_than_a_face_are_no_lines(seed):
     """In the triangulation of these points two lines lead from one end of an edge to the other."""
     creases = sm.reconstruct(box_points(seed=seed), vertices=800).creases
@@ -163,11 +170,11 @@ def test_loops_smaller_than_a_face_are_no_lines(seed):
     ("errors", "left"),
     [
         ([5.0] * 10 + [-1.0, -3.0], 11),  # 13 together: all but what speaks against
-        ([2.0] * 11 + [-3.0], 0),  # 5 together
-        ([11.0] + [3.0] * 3 + [-30.0] * 8, 1),  # alone
+        *nightly(([2.0] * 11 + [-3.0], 0)),  # 5 together
+        *nightly(([11.0] + [3.0] * 3 + [-30.0] * 8, 1)),  # alone
         ([6.0] * 4 + [3.0] * 3 + [-6.0] * 5, 4),  # 12 of those that are clear, 1 of all
         ([6.0] * 4 + [3.0] * 3 + [-7.0] * 5, 0),  # the same, against edges on the whole
-        ([6.0] * 2 + [3.0] * 5 + [-2.0] * 5, 0),  # 8 of those
+        *nightly(([6.0] * 2 + [3.0] * 5 + [-2.0] * 5, 0)),  # 8 of those
     ],
 )
 def test_lines_go_out_that_do_not_speak_for_edges(monkeypatch, errors, left):
@@ -178,7 +185,7 @@ def test_lines_go_out_that_do_not_speak_for_edges(monkeypatch, errors, left):
     assert len(sm.reconstruct(box_points(), vertices=800).creases) == left
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [0, *nightly(1)])
 def test_sharp_rims_among_many_rounds_are_creases(seed):
     """A boss on a block with round edges, which speak against edges more than both rims of the boss for them."""
     ball = manifold3d.Manifold.sphere(0.08, 48)
@@ -240,6 +247,7 @@ def test_a_model_finer_than_its_data_shows_has_the_edges_of_a_box():
     assert sum(line.length for line in creases) == pytest.approx(8 * HALF.sum(), rel=0.005)
 
 
+@pytest.mark.nightly
 def test_a_model_with_several_times_as_many_vertices_as_points_has_the_edges_of_a_box():
     """Its vertices are farther from the nearest point than its edges are long."""
     creases = sm.reconstruct(box_points(count=1500), vertices=8000).creases

@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
@@ -59,6 +59,7 @@ def per_vertex(low, high):
     beta=per_vertex(0.0, 1.0),
     damping=per_vertex(0.001, 1.0),
 )
+@settings(max_examples=settings.default.max_examples // 3)
 def test_no_vertex_leaves_the_start_and_the_data(target, radius, center, **options):
     start, target = BALL.moved(center + radius * BALL.vertices), torus(target)
     low, high = box(start, target)

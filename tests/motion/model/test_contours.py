@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 import simplexmesh as sm
 from simplexmesh import Contour, DeformableModel, crease, pinned, smooth
 from simplexmesh.motion.model.state import mean_edge
+from tests.nightly.marks import nightly
 
 BALL = sm.sphere(8)
 TURN = np.linspace(0, 2 * np.pi, 2000)
@@ -114,7 +115,7 @@ class TestShape:
         assert_allclose(out[:, 2], 0, atol=1e-9)
         assert_allclose(bent(out) * np.sign(out[1:-1, 1] + 1e-300), curvature, atol=1e-6)
 
-    @pytest.mark.parametrize("torsion", [0.5, -1.0])
+    @pytest.mark.parametrize("torsion", [*nightly(0.5), -1.0])
     def test_a_helix_is_at_rest_and_restored(self, torsion):
         curvature, length = 1.5, 0.12
         both = curvature**2 + torsion**2
@@ -239,6 +240,7 @@ class TestSurface:
         off = [wanted - cap(size, -np.pi / 4).vertices[:, 2].max() for size in (6, 12)]
         assert 0 < off[1] < 0.6 * off[0] < 0.4 * wanted  # first order: simplex angle and angle to go are equal at rest
 
+    @pytest.mark.nightly
     def test_a_tangent_does_not_depend_on_the_direction(self):
         one, other = cap(6, -np.pi / 4), cap(6, np.pi / 4, RIM)
         assert_allclose(one.vertices, other.vertices, atol=1e-9)

@@ -158,6 +158,7 @@ def test_vertices_each_follow_their_own_constraint():
         assert_array_equal(mixed[k :: len(reference.NAMES)], pure[k :: len(reference.NAMES)])
 
 
+@pytest.mark.nightly
 def test_serial_and_parallel_agree():
     vertices, neighbors = rough(1, noise=0.02, frequency=12)
     names = [reference.NAMES[i % len(reference.NAMES)] for i in range(len(vertices))]

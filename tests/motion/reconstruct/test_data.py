@@ -8,10 +8,11 @@ import pytest
 import simplexmesh as sm
 from simplexmesh.motion.reconstruct.conversion import as_input
 from simplexmesh.motion.targets.triangles import inside_surface, surface_distance
+from tests.nightly.marks import nightly
 
 pytestmark = pytest.mark.data
 
-OFTEN_SHOWN = ("ellipsoid.off", "torus.stl", "eight.off")
+NIGHTLY = ("ellipsoid.off", "torus.stl", "eight.off", "knot1.off", "spot.obj")
 CLOSED = {
     "ellipsoid.off": 0,
     "torus.stl": 1,
@@ -44,7 +45,7 @@ def assert_sound(model, genus):
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.nightly] * (name in OFTEN_SHOWN)) for name in CLOSED]
+    "name", [pytest.param(name, marks=[pytest.mark.nightly] * (name in NIGHTLY)) for name in CLOSED]
 )
 @pytest.mark.filterwarnings("ignore::simplexmesh._base.errors.SimplexMeshWarning")  # spot's texture seams are welded
 def test_closed_shapes_from_points_without_normals(data_folder, name):
@@ -65,7 +66,7 @@ def test_a_scanned_figurine(data_folder):
     ("name", "level", "vertices"),
     [
         ("head_ct.mhd", 500, 3000),
-        pytest.param("head_ct.mhd", 500, 12_000, marks=pytest.mark.nightly),
+        *nightly(("head_ct.mhd", 500, 12_000)),
         ("tooth.nhdr", 655, 4000),
         ("head_mr.mhd", 8, 3000),
     ],
@@ -86,11 +87,7 @@ def test_volumes_are_met_to_a_quarter_of_a_voxel(data_folder, name, level, verti
 
 @pytest.mark.parametrize(
     ("name", "level", "vertices"),
-    [
-        ("head_ct.mhd", 500, 3000),
-        pytest.param("fandisk.off", None, 2000, marks=pytest.mark.nightly),
-        pytest.param("lion_head.off", None, 3000, marks=pytest.mark.nightly),
-    ],
+    [("head_ct.mhd", 500, 3000), *nightly(("fandisk.off", None, 2000), ("lion_head.off", None, 3000))],
 )
 @pytest.mark.filterwarnings("ignore::simplexmesh._base.errors.SimplexMeshWarning")  # the lion's head is open
 def test_vertices_are_spent_where_the_data_asks_for_them(data_folder, name, level, vertices):

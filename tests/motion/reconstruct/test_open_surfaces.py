@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 import simplexmesh as sm
 from simplexmesh.motion.model.state import mean_edge
 from simplexmesh.motion.start.report import MOST_OPEN, StartReport
+from tests.nightly.marks import nightly
 
 NOISE = 0.01
 ANGLES = np.linspace(0, 2 * np.pi, 400)
@@ -78,7 +79,7 @@ def test_open_surfaces_are_kept_open(shell, holes, area, noise):
     assert cKDTree(rim).query(border)[0].mean() < mean_edge(mesh)
 
 
-@pytest.mark.parametrize("size", [pytest.param((2, 1, 1), marks=pytest.mark.nightly), (1, 1, 1), (1, 1, 2)])
+@pytest.mark.parametrize("size", [(1, 1, 1), *nightly(((2, 1, 1),), ((1, 1, 2),))])
 def test_boxes_without_a_bottom_are_closed(size):
     rng = np.random.default_rng(7)
     sides = [np.insert(rng.random((2000, 2)), axis, end, axis=1) for axis, end in SIDES_OF_BOX]
@@ -90,14 +91,8 @@ def test_boxes_without_a_bottom_are_closed(size):
     assert model.mesh.volume == pytest.approx(np.prod(size), rel=0.06)
 
 
-@pytest.mark.parametrize(
-    ("count", "shell"),
-    [
-        (6000, waves),
-        pytest.param(30000, waves, marks=pytest.mark.nightly),
-        pytest.param(6000, saddle, marks=pytest.mark.nightly),
-    ],
-)
+@pytest.mark.nightly
+@pytest.mark.parametrize(("count", "shell"), [(6000, waves), (30_000, waves), (6000, saddle)])
 def test_sheets_as_thick_as_their_noise_are_no_solids(count, shell):
     points = noisy(sheet(shell)(count, rng := np.random.default_rng(5))[0], rng)
     with warnings.catch_warnings(record=True) as told:
@@ -109,9 +104,7 @@ def test_sheets_as_thick_as_their_noise_are_no_solids(count, shell):
     assert model.distance.mesh_to_data.rms < NOISE * np.linalg.norm(np.ptp(points, axis=0))
 
 
-@pytest.mark.parametrize(
-    ("noises", "height", "closed"), [pytest.param(2, 1, False, marks=pytest.mark.nightly), (3, 0, True)]
-)
+@pytest.mark.parametrize(("noises", "height", "closed"), [*nightly((2, 1, False)), (3, 0, True)])
 def test_a_plate_thicker_than_its_noise_is_closed(noises, height, closed):
     """Of two normal distributions, two standard deviations apart, the sum has one maximum."""
     rng = np.random.default_rng(5)
@@ -149,7 +142,7 @@ def test_normals_of_a_sheet_tell_its_outer_side():
         assert sign * model.mesh.normals[:, 2].mean() > 0.8
 
 
-@pytest.mark.parametrize("inward", [False, True])
+@pytest.mark.parametrize("inward", [*nightly(False), True])
 def test_open_triangles_may_face_either_way(inward):
     ball = sm.sphere(20).triangulated("dual")
     faces = ball.faces[(ball.vertices[ball.faces, 2] > 0).all(axis=1)]

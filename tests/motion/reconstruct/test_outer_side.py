@@ -5,9 +5,10 @@ import pytest
 
 import simplexmesh as sm
 from simplexmesh.motion.reconstruct.outer_side import outward_cloud
+from tests.nightly.marks import nightly
 
 
-@pytest.mark.parametrize("count", [6000, 30000])
+@pytest.mark.parametrize("count", [6000, *nightly(30_000)])
 def test_normals_of_noisy_sheets_face_one_way(count):
     rng = np.random.default_rng(1)
     x, y = rng.uniform(-1, 1, (2, count))

@@ -13,6 +13,7 @@ from simplexmesh.motion.reconstruct.conversion import otsu_threshold
 from simplexmesh.motion.start.grid_crossings import outer_crossings
 from simplexmesh.motion.start.primitives import primitive_around, principal_frame
 from simplexmesh.motion.targets.triangles import inside_surface
+from tests.nightly.marks import nightly
 
 
 def test_crossings_are_the_outer_ones():
@@ -139,8 +140,8 @@ def test_untangling_leaves_an_untangled_mesh_unchanged():
     assert left == 0
 
 
-@pytest.mark.parametrize("init", ["sphere", "ellipsoid"])
-@pytest.mark.parametrize("vertices", [20, 50])
+@pytest.mark.parametrize("init", ["sphere", *nightly("ellipsoid")])
+@pytest.mark.parametrize("vertices", [20, *nightly(50)])
 def test_primitives_of_very_few_vertices_do_not_collapse(init, vertices):
     egg = sm.sphere(16).vertices * [3, 2, 1]
     model = sm.reconstruct(egg, vertices=vertices, init=init, creases="none")

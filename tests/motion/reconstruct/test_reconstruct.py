@@ -13,6 +13,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 import simplexmesh as sm
 from simplexmesh.motion.start.grid_crossings import outer_crossings
 from simplexmesh.motion.targets.triangles import surface_distance
+from tests.nightly.marks import nightly
 
 
 def torus_distance(points, ring=1.0, tube=0.35):
@@ -116,7 +117,7 @@ def test_noise_is_removed_from_points_of_which_nothing_is_known(noisy_torus):
     assert np.degrees(np.arccos(np.clip(cosine, -1, 1))).mean() < 8.5
 
 
-@pytest.mark.parametrize("vertices", [20, 23])
+@pytest.mark.parametrize("vertices", [20, *nightly(23)])
 def test_the_smallest_budgets_suffice_for_a_primitive(vertices):
     model = sm.reconstruct(sm.sphere(16).vertices, init="sphere", vertices=vertices, creases="none")
     assert model.mesh.n_vertices <= vertices
@@ -154,7 +155,7 @@ def test_components_are_kept_or_dropped():
     assert both.genus == 0
 
 
-@pytest.mark.parametrize("kind", ["triangles", "points"])
+@pytest.mark.parametrize("kind", [*nightly("triangles"), "points"])
 def test_an_inner_wall_is_told_of(kind):
     outer, inner = sm.sphere(14).triangulated(), sm.sphere(14).triangulated().scaled(0.8)
     n = len(outer.vertices)
@@ -183,7 +184,7 @@ def test_tunnels_below_the_given_width_are_sealed():
         assert model.found.tunnels_removed == 1 - genus
 
 
-@pytest.mark.parametrize("init", ["sphere", "ellipsoid"])
+@pytest.mark.parametrize("init", [*nightly("sphere"), "ellipsoid"])
 def test_closed_primitives_find_a_body_from_outside(init):
     x, y, z = np.meshgrid(*[np.arange(-16, 17.0)] * 3, indexing="ij")
     egg = sm.Volume(1 - np.sqrt((x / 12) ** 2 + (y / 9) ** 2 + (z / 7) ** 2), origin=(-16, -16, -16))

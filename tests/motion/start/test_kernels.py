@@ -134,7 +134,7 @@ def turned_to_smallest(face):
     return tuple(int(v) for v in np.roll(face, -at))
 
 
-@settings(max_examples=8)
+@settings(max_examples=4)
 @given(seeds, st.integers(4, 80), st.sampled_from([0.5, -2.0]))
 def test_collapsing_the_shortest_edges(seed, triangles, turn):
     """On convex hulls and, with links that forbid collapses, on thin tori."""

@@ -11,6 +11,7 @@ from simplexmesh._base.errors import SimplexMeshWarning, TopologyError
 from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.motion.start import from_volume, solid_mesh
 from simplexmesh.motion.start.from_volume import start_from_volume
+from tests.nightly.marks import nightly
 
 SPACING, ORIGIN = np.array([0.06, 0.05, 0.09]), np.array([3.0, -2.0, 10.0])
 TURN = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
@@ -139,8 +140,8 @@ def rods(seed):
     return solid & (np.linalg.norm(at, axis=-1) < 22)
 
 
-@pytest.mark.parametrize(("body", "vertices"), [(shell, 8000), (rods, 4000)])
-@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize(("body", "vertices"), [*nightly((shell, 8000)), (rods, 4000)])
+@pytest.mark.parametrize("seed", [0, *nightly(1)])
 def test_thin_bodies_start_and_end_untangled_and_close_to_their_labels(body, vertices, seed):
     volume = Volume(body(seed).astype(np.uint8))
     out = reconstruct(volume, label=1, vertices=vertices, tunnels=0.0)
@@ -150,7 +151,7 @@ def test_thin_bodies_start_and_end_untangled_and_close_to_their_labels(body, ver
     assert out.distance.mesh_to_data.rms < 0.25
 
 
-@pytest.mark.parametrize(("body", "seed"), [(shell, 2), (shell, 3), (rods, 0), (rods, 1)])
+@pytest.mark.parametrize(("body", "seed"), [(shell, 2), (rods, 0), *nightly((shell, 3), (rods, 1))])
 def test_a_start_is_thickened_where_it_would_cross_itself_and_has_to_be(body, seed, monkeypatch):
     volume = Volume(body(seed).astype(np.uint8))
     thick = start_from_volume(volume, label=1, vertices=1000, tunnels=0.0).mesh

@@ -23,6 +23,7 @@ from simplexmesh.motion.topology.face_regions import _around, cuttable, face_com
 from simplexmesh.motion.topology.holes import open_holes
 from simplexmesh.numerics.plane_fits import fitted
 from tests.motion.targets import reference as reference
+from tests.nightly.marks import nightly
 
 FINE = sm.sphere(20).triangulated()
 
@@ -463,7 +464,7 @@ class TestOutward:
 
 
 class TestReconstruction:
-    @pytest.mark.parametrize("kind", ["triangles", "points"])
+    @pytest.mark.parametrize("kind", ["triangles", *nightly("points")])
     def test_half_a_ball_from_a_sphere(self, kind):
         data = part(lambda p: p[:, 2] > 0)
         given = data if kind == "triangles" else data.vertices
@@ -499,7 +500,7 @@ class TestReconstruction:
         assert np.abs(np.linalg.norm(model.mesh.vertices, axis=1) - 1).mean() < 0.004
         assert np.abs(rim_points(model.mesh)[:, 2]).mean() < 0.05
 
-    @pytest.mark.parametrize(("init", "seed"), [("sphere", 0), ("sphere", 2), ("plane", 0)])
+    @pytest.mark.parametrize(("init", "seed"), [("sphere", 0), *nightly(("sphere", 2)), ("plane", 0)])
     def test_a_flat_ring_has_two_holes_and_all_its_vertices(self, init, seed):
         x, y = np.random.default_rng(seed).uniform(-1, 1, (2, 6000))
         ring = (np.hypot(x, y) < 1) & (np.hypot(x, y) > 0.4)
@@ -573,13 +574,8 @@ class TestCommand:
 
 
 @pytest.mark.filterwarnings("ignore:merged:simplexmesh._base.errors.SimplexMeshWarning")
-@pytest.mark.parametrize(
-    "name",
-    [
-        "rabbit_scan.vtk",
-        *(pytest.param(n, marks=pytest.mark.nightly) for n in ("part_scan.ply", "lion_head.off", "mannequin.off")),
-    ],
-)
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", ["rabbit_scan.vtk", "part_scan.ply", "lion_head.off", "mannequin.off"])
 def test_open_scans_from_a_sphere(data_folder, name):
     scan = sm.read(data_folder / name)
     model = sm.reconstruct(scan, init="sphere", vertices=2000)

@@ -15,6 +15,7 @@ from simplexmesh.motion.targets.triangles import Triangles
 from simplexmesh.recognition.contact.constrained_least_squares import constrained_least_squares
 from simplexmesh.recognition.contact.part_distances import Part
 from simplexmesh.surface.normals.estimate import vertex_normals
+from tests.nightly.marks import nightly
 
 GROUND = sm.plane(24, 24, size=(6.0, 6.0)).triangulated()
 
@@ -61,7 +62,7 @@ def feet(*ends, radius=0.2):
 
 
 class TestOcclude:
-    @pytest.mark.parametrize("seed", range(6))
+    @pytest.mark.parametrize("seed", [*nightly(*range(5)), 5])
     def test_what_fits_returns_to_its_place(self, seed):
         T = motion(seed, degrees=2 + 2 * seed, shift=0.1, lift=0.2)
         found = sm.occlude(UPPER.transformed(T), LOWER)

@@ -30,6 +30,7 @@ from simplexmesh.recognition.library.models import HEADER, Model, model_of
 from simplexmesh.recognition.library.scene import without_outliers
 from simplexmesh.recognition.library.store import Store, _as_os_error
 from simplexmesh.recognition.register.oriented_points import oriented_points
+from tests.nightly.marks import nightly
 from tests.recognition import reference as reference
 from tests.recognition.library import reference as plain
 
@@ -74,9 +75,7 @@ def scan_of(mesh, share, noise, rng):
 
 
 class TestRecognition:
-    @pytest.mark.parametrize(
-        ("share", "noise"), [(1.0, 0.01), pytest.param(0.7, 0.005, marks=pytest.mark.nightly), (0.5, 0.005)]
-    )
+    @pytest.mark.parametrize(("share", "noise"), [*nightly((1.0, 0.01), (0.7, 0.005)), (0.5, 0.005)])
     def test_finds_each_body_and_where_it_lies(self, library, known, share, noise):
         rng = np.random.default_rng(3)
         for name, mesh in known.items():
@@ -585,7 +584,8 @@ def test_few_components_keep_the_nearest(known):
     assert (ImageIndex.of(models, 99).spans(np.array([0, 1])) == 0).all()
 
 
-@pytest.mark.parametrize(("share", "noise"), [pytest.param(1.0, 0.01, marks=pytest.mark.nightly), (0.5, 0.005)])
+@pytest.mark.nightly
+@pytest.mark.parametrize(("share", "noise"), [(1.0, 0.01), (0.5, 0.005)])
 def test_real_bodies(data_folder, tmp_path, share, noise):
     library = sm.ModelLibrary(tmp_path / "models.sml")
     meshes = {}

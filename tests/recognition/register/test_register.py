@@ -29,6 +29,7 @@ from simplexmesh.recognition.register.pose_scoring import (
     target_grid,
 )
 from simplexmesh.recognition.register.verify import Verifier
+from tests.nightly.marks import nightly
 from tests.recognition import reference as reference
 
 
@@ -77,7 +78,7 @@ def rotation_vector(R):
 
 
 class TestMotionsAreFound:
-    @pytest.mark.parametrize("seed", range(4))
+    @pytest.mark.parametrize("seed", [0, 1, *nightly(2, 3)])
     def test_of_a_whole_body_sampled_anew(self, seed):
         rng = np.random.default_rng(seed)
         T = motion(rng)
@@ -94,7 +95,7 @@ class TestMotionsAreFound:
         assert_allclose(found.T_target_source, T, atol=1e-4)
         assert found.error < 1e-4
 
-    @pytest.mark.parametrize("seed", range(3))
+    @pytest.mark.parametrize("seed", [0, *nightly(1, 2)])
     def test_of_a_part(self, seed):
         rng = np.random.default_rng(seed)
         points, T = lumpy(6000, rng), motion(rng)
@@ -103,7 +104,7 @@ class TestMotionsAreFound:
         assert turn_between(found.T_target_source, T) < 2.0
         assert found.overlap > 0.85
 
-    @pytest.mark.parametrize("size", [1e-4, 1e5])
+    @pytest.mark.parametrize("size", [1e-4, *nightly(1e5)])
     def test_in_any_unit(self, size):
         rng = np.random.default_rng(1)
         T = motion(rng)
@@ -114,7 +115,7 @@ class TestMotionsAreFound:
 
     def test_the_same_every_time(self):
         rng = np.random.default_rng(2)
-        a, b = lumpy(1500, rng), lumpy(1500, rng)
+        a, b = lumpy(500, rng), lumpy(500, rng)
         assert np.array_equal(sm.register(a, b).T_target_source, sm.register(a, b).T_target_source)
 
     def test_between_kinds_of_data(self):
@@ -213,7 +214,7 @@ class TestWhatIsUncertain:
             at = moved(pose.T_target_source, source)
             assert np.abs(((at / [3, 2, 1]) ** 2).sum(axis=1) - 1).max() < 0.05
 
-    @pytest.mark.parametrize("bores", [3, 4, 9])
+    @pytest.mark.parametrize("bores", [3, *nightly(4, 9)])
     def test_a_disc_fits_under_as_many_turns_as_it_has_bores_and_turned_over(self, bores):
         rng = np.random.default_rng(0)
         T = motion(rng)
@@ -230,16 +231,11 @@ class TestWhatIsUncertain:
             assert about > 0.999 or angle < 0.02 or (about < 0.02 and abs(angle - np.pi) < 0.02)
             assert abs(step - round(step)) < 0.02
 
-    @pytest.mark.parametrize(
-        ("body", "free"),
-        [(sm.torus(radius=2.0, tube_radius=0.7), 1), (sm.ellipsoid((2, 1, 1), 16), 1), (sm.sphere(16), 3)],
-    )
-    def test_open_motions_are_counted(self, body, free):
-        rng = np.random.default_rng(0)
-        body = body.triangulated()
+    def test_a_ball_has_three_open_motions(self):
+        rng, body = np.random.default_rng(0), sm.sphere(16).triangulated()
         found = sm.register(body.sampled(2000, rng=rng).points, body.sampled(2000, rng=rng).points)
         assert found.ambiguous
-        assert len(found.open_motions) == free
+        assert len(found.open_motions) == 3
 
     def test_a_torus_lies_on_itself_in_every_pose_and_wherever_it_slides(self):
         rng = np.random.default_rng(0)
@@ -482,11 +478,6 @@ class TestBadInput:
         flat = np.concatenate([rng.uniform(-1, 1, size=(800, 2)), np.zeros((800, 1))], axis=1)
         with pytest.raises(ValueError, match="source and target must agree somewhere"):
             sm.register(flat, sm.torus(radius=2.0, tube_radius=0.7))
-
-    def test_another_body(self):
-        ring = sm.torus(radius=2.0, tube_radius=0.4)
-        with pytest.raises(ValueError, match="source and target must agree somewhere"):
-            sm.register(lumpy(3000, np.random.default_rng(0)), ring)
 
     def test_two_halves_that_hardly_overlap(self):
         points = lumpy(6000, np.random.default_rng(0))

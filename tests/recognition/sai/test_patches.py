@@ -17,6 +17,7 @@ from simplexmesh.recognition.sai.flat_domains import PERIODIC, TOPOLOGIES, domai
 from simplexmesh.recognition.sai.flat_fitting import sampled
 from simplexmesh.recognition.sai.parameterization import conformal_parameterization, harmonic_forms, without_chords
 from simplexmesh.recognition.sai.shift_matching import sample_grid, shift_differences, shifted
+from tests.nightly.marks import nightly
 from tests.recognition import reference as reference
 
 PATCHES = tuple(TOPOLOGIES[1:])
@@ -331,7 +332,7 @@ class TestComparison:
             sm.SAI(6, lumpy(topology, seed, 6), turns < hidden, topology=topology)
             for seed, hidden in ((8, 0.6), (108, 0.7))
         )
-        for minimum in np.arange(0.1, 1.0, 0.05):
+        for minimum in np.arange(0.1, 1.0, 0.2):
             found = sm.match(other, one, best=8, minimum_overlap=minimum)
             assert found
             assert min(each.overlap for each in found) >= minimum
@@ -339,7 +340,7 @@ class TestComparison:
 
 class TestObjects:
     @pytest.mark.parametrize("topology", PATCHES)
-    @pytest.mark.parametrize("seed", [0, 1])
+    @pytest.mark.parametrize("seed", [0, *nightly(1)])
     def test_place_size_and_pose_do_not_matter(self, topology, seed):
         rng = np.random.default_rng(seed)
         body = lumpy(topology)
@@ -422,7 +423,11 @@ class TestObjects:
 class TestRealObjects:
     @pytest.mark.parametrize(
         ("name", "topology"),
-        [("knot1.off", "torus"), ("kitten.xyz", "torus"), ("fran_face.vtk", "plane"), ("part_scan.ply", "plane")],
+        [
+            ("knot1.off", "torus"),
+            ("part_scan.ply", "plane"),
+            *nightly(("kitten.xyz", "torus"), ("fran_face.vtk", "plane")),
+        ],
     )
     def test_turned_with_noise_they_are_found_to_a_degree(self, data_folder, name, topology):
         rng = np.random.default_rng(5)

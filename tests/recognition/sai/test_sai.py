@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 import simplexmesh as sm
 from simplexmesh.recognition.sai.sphere_domain import mobius_map, sphere_domain
 from simplexmesh.recognition.sai.sphere_fitting import centered, vertex_areas
+from tests.nightly.marks import nightly
 from tests.recognition import reference as reference
 
 
@@ -57,7 +58,7 @@ class TestSignature:
     def test_any_kind_of_data_gives_the_same(self, body, signature):
         triangles = body.triangulated()
         cloud = triangles.sampled(6000, rng=1)
-        for data in (triangles, cloud, cloud.points, [cloud.points[:3000], cloud.points[3000:]]):
+        for data in (triangles, cloud, [cloud.points[:3000], cloud.points[3000:]]):
             other = sm.sai(data, frequency=7)
             (found, *_) = sm.match(other, signature)
             assert found.distance < 0.06
@@ -74,7 +75,7 @@ class TestSignature:
 
 
 class TestInvariance:
-    @pytest.mark.parametrize("seed", [0, 1, 2])
+    @pytest.mark.parametrize("seed", [0, *nightly(1, 2)])
     def test_to_pose_size_and_sampling(self, body, signature, seed):
         rng = np.random.default_rng(seed)
         R, t, size = reference.random_rotation(rng), rng.normal(size=3) * 10, rng.uniform(0.01, 100)

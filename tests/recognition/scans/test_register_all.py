@@ -16,6 +16,7 @@ from simplexmesh.recognition.scans import pose_graph
 from simplexmesh.recognition.scans.pose_graph import motions, optimized
 from simplexmesh.recognition.scans.register_all import names_of
 from simplexmesh.recognition.scans.scan_pairs import Measured, Scan, contact
+from tests.nightly.marks import nightly
 from tests.recognition import reference as reference
 
 BUNNY = ("000", "045", "090", "180", "270", "315")
@@ -64,6 +65,7 @@ class TestPoses:
         assert (found.covariance[0] == 0).all()
         assert (np.linalg.eigvalsh(found.covariance[1:]) > 0).all()
 
+    @pytest.mark.nightly
     def test_in_any_unit(self):
         scans, poses = views(3, np.random.default_rng(4))
         poses[:, :3, 3] *= 1000
@@ -72,6 +74,7 @@ class TestPoses:
         assert angles.max() < 0.5
         assert shifts.max() < 30
 
+    @pytest.mark.nightly
     def test_do_not_depend_on_which_way_normals_point(self):
         """Scans of which some are inside out; at once, or where it takes a second look."""
         scans, poses = views(4, np.random.default_rng(6))
@@ -84,6 +87,7 @@ class TestPoses:
         assert found.flipped == (1,)
         assert off(found, poses, range(4))[0].max() < 0.5
 
+    @pytest.mark.nightly
     def test_normals_that_nobody_gave_are_not_told_to_be_turned_over(self):
         scans, poses = views(3, np.random.default_rng(6))
         inward = [sm.PointCloud(scan, -sm.vertex_normals(scan)) for scan in scans]
@@ -115,7 +119,7 @@ class TestPoses:
         assert min(contact(one, other, T)) > 0.8
         assert contact(one, other, T) == contact(other, one, np.linalg.inv(T))
 
-    @pytest.mark.parametrize("body", [sm.ellipsoid((3, 2, 1), 20), sm.torus(radius=2.0, tube_radius=0.5)])
+    @pytest.mark.parametrize("body", [sm.ellipsoid((3, 2, 1), 20), *nightly(sm.torus(radius=2.0, tube_radius=0.5))])
     def test_of_symmetric_scans_are_told_to_be_one_of_several(self, body):
         at = body.vertices
         turned = at @ reference.random_rotation(np.random.default_rng(0))

@@ -628,7 +628,7 @@ class TestRates:
     @pytest.mark.parametrize("method", [name for name in FIXED if name not in ("chen_schmitt", "taubin", "principal")])
     def test_regular_meshes_with_order_two(self, method):
         errors = []
-        for cells in (20, 40, 80, 160):
+        for cells in (20, 40, 80):
             mesh = discretized.sawtooth(graph("trigonometric"), cells)
             inner = np.flatnonzero(np.abs(mesh.vertices[:, :2]).max(axis=1) < 0.8)
             found = sm.curvature(mesh.mesh, method, at=inner)
@@ -731,13 +731,6 @@ class TestBadInput:
         assert masked_exactly(found)
         if 1e-40 < size < 1e40 and method not in ("full_quadric", "principal"):
             assert found.mean * size == pytest.approx(sm.curvature(mesh, method).mean, rel=1e-9, abs=1e-9)
-
-    def test_one_thread_and_all_agree(self, method):
-        mesh = discretized.torus(100, 64, irregular=True).mesh
-        some = np.arange(1000, 3000)
-        whole, part = quietly(mesh, method)[0], quietly(mesh, method, at=some)[0]
-        assert (whole.failed[some] == part.failed).all()
-        assert part.mean == pytest.approx(whole.mean[some], nan_ok=True, rel=1e-9)
 
     def test_unknown_options_are_refused(self, method):
         with pytest.raises(TypeError, match=f"method '{method}' has no option 'colour'"):

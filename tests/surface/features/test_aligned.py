@@ -10,6 +10,7 @@ import pyvista as pv
 from numpy.testing import assert_allclose, assert_array_equal
 
 import simplexmesh as sm
+from tests.nightly.marks import nightly
 from tests.surface.features.parts import noisy, reference, tessellated
 from tests.surface.features.reference import Reference
 from tests.surface.features.solids import box
@@ -28,7 +29,7 @@ def volume(vertices, faces):
     return np.einsum("ij,ij", a, np.cross(b, c)) / 6
 
 
-@pytest.mark.parametrize("name", ["box", "plate", "crossing", "dome"])
+@pytest.mark.parametrize("name", ["plate", "dome", *nightly("box", "crossing")])
 def test_bevels_of_scans_are_gone(name):
     body, part = scanned(name)
     moved = sm.aligned(part.mesh)

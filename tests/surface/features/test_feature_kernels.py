@@ -95,16 +95,16 @@ class TestPatches:
     def test_are_the_ring_and_what_is_connected_within_a_radius(self, body, radius):
         facets = facets_of(body)
         radii = radius * np.random.default_rng(0).uniform(0.7, 1.3, len(facets.faces))
-        touching = [{u for u, b in enumerate(facets.faces) if {*a} & {*b}} for a in facets.faces]
-
-        def near(t, u):
-            return np.sum((facets.centers[t] - facets.centers[u]) ** 2) <= radii[t] ** 2
-
+        corners = np.zeros((len(facets.faces), len(facets.vertices)), int)
+        np.put_along_axis(corners, facets.faces, 1, axis=1)
+        touching = [{*np.flatnonzero(row).tolist()} for row in corners @ corners.T]
+        apart = ((facets.centers[:, None] - facets.centers) ** 2).sum(axis=2)
+        near = [{*np.flatnonzero(row).tolist()} for row in apart <= radii[:, None] ** 2]
         expected = []
         for t, ring in enumerate(touching):
-            inside, todo = {*ring}, [u for u in ring if radius and near(t, u)]
+            inside, todo = {*ring}, [u for u in ring if radius and u in near[t]]
             while todo:
-                new = {u for u in touching[todo.pop()] if near(t, u)} - inside
+                new = (touching[todo.pop()] & near[t]) - inside
                 inside |= new
                 todo += new
             expected.append(inside)

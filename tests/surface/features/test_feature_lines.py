@@ -16,6 +16,7 @@ from simplexmesh.surface.features.lines import creases
 from simplexmesh.surface.features.lines.edge_sets import Edges
 from simplexmesh.surface.features.lines.facets import measured
 from simplexmesh.surface.features.lines.normals import sampled
+from tests.nightly.marks import nightly
 from tests.surface.features.sheets import folded, mean_edge, shaken, sheet
 
 
@@ -197,7 +198,7 @@ class TestNoise:
             known = noise * mean_edge(body)
             assert sm.feature_lines(shaken(body, noise, seed)).noise == pytest.approx(known, rel=0.25)
 
-    @pytest.mark.parametrize("noise", [0.05, 0.1])
+    @pytest.mark.parametrize("noise", [0.05, *nightly(0.1)])
     def test_is_not_taken_for_creases_at_any_angle(self, noise):
         for seed in range(4):
             for angle in np.radians([2, 4]):

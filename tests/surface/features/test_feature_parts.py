@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 
 import simplexmesh as sm
 from simplexmesh.surface.features.zoning.result import zoned
+from tests.nightly.marks import nightly
 from tests.surface.features.parts import noisy, reference, tessellated
 from tests.surface.features.reference import Reference
 from tests.surface.features.scoring import crease_score, kinds_told, networks, paths, rand_index, samples
@@ -17,6 +18,7 @@ from tests.surface.features.solids import Solid, pose, profile
 
 SEEDS = {"block": 0, "plate": 1, "crossing": 1, "dome": 2, "bracket": 0}
 FACES = 7000
+(IRREGULAR,) = nightly("irregular")
 
 
 @cache
@@ -45,9 +47,7 @@ def mean(attribute, kind, noise):
 @pytest.mark.parametrize(
     ("noise", "precision", "recall"), [(0.0, 0.97, 0.97), (0.05, 0.97, 0.95), (0.1, 0.95, 0.92), (0.2, 0.9, 0.82)]
 )
-@pytest.mark.parametrize(
-    "kind", ["scan", *(pytest.param(kind, marks=pytest.mark.nightly) for kind in ("aligned", "irregular"))]
-)
+@pytest.mark.parametrize("kind", ["scan", *nightly("aligned"), IRREGULAR])
 class TestWithNoise:
     def test_lines_are_creases_and_creases_are_found(self, kind, noise, precision, recall):
         assert mean("precision", kind, noise) > precision
@@ -62,7 +62,7 @@ class TestWithNoise:
         assert np.mean(agree) > recall - 0.15
 
 
-@pytest.mark.parametrize("kind", ["aligned", "irregular", "sliver", "scan"])
+@pytest.mark.parametrize("kind", ["aligned", IRREGULAR, "sliver", "scan"])
 class TestWithout:
     @pytest.mark.parametrize("name", SEEDS)
     def test_every_line_closes_or_ends_at_others(self, kind, name):
@@ -121,7 +121,7 @@ def test_creases_of_simplified_scans_are_found(noise, kind):
     assert 0.8 < np.mean(zones) < 1.4
 
 
-@pytest.mark.parametrize("kind", ["aligned", "irregular"])
+@pytest.mark.parametrize("kind", ["aligned", IRREGULAR])
 def test_creases_of_20_degrees_are_found_in_noise(kind):
     """That of the other edges is measured inside of smooth parts, not across their creases."""
     assert score("block", kind, 0.05).soft_recall > 0.9
@@ -159,8 +159,8 @@ def test_a_zone_of_one_triangle_astride_a_crease_keeps_it():
         assert np.array_equal(np.unique(more.labels), np.arange(len(zones) + 1))
 
 
-@pytest.mark.parametrize("noise", [0.05, 0.1, 0.2])
-@pytest.mark.parametrize("kind", ["aligned", "irregular"])
+@pytest.mark.parametrize("noise", [0.05, *nightly(0.1), 0.2])
+@pytest.mark.parametrize("kind", ["aligned", IRREGULAR])
 def test_noise_is_estimated(kind, noise):
     shares = [network.noise / given.edge for given, network in (found(name, kind, noise) for name in SEEDS)]
     assert np.mean(shares) == pytest.approx(noise, rel=0.15)

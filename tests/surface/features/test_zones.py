@@ -12,6 +12,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 import simplexmesh as sm
 from simplexmesh.surface.features.zoning.bending import bending
 from simplexmesh.surface.features.zoning.result import zoned
+from tests.nightly.marks import nightly
 from tests.surface.features.parts import noisy, tessellated
 from tests.surface.features.reference import Reference
 from tests.surface.features.scoring import rand_index
@@ -105,7 +106,7 @@ class TestWhereZonesEnd:
         assert zones.kinds == ("sphere", "sphere")
         assert zones.boundaries == ()
 
-    @pytest.mark.parametrize("kind", ["aligned", "irregular"])
+    @pytest.mark.parametrize("kind", ["aligned", *nightly("irregular")])
     def test_where_the_curvature_is_another(self, kind):
         body = tessellated(SLAB, kind, SLAB.edge(5000)).mesh
         assert len(sm.zones(body).without_small(faces=20)) == 3

@@ -9,6 +9,7 @@ import pyvista as pv
 import simplexmesh as sm
 from simplexmesh.surface.landmarks.junctions import _subsampled, junctions
 from simplexmesh.surface.sampled_surface import SampledSurface, as_sampled_surface
+from tests.nightly.marks import nightly
 
 BEND = 0.35
 """Outer radius of the jaw's angle."""
@@ -78,7 +79,7 @@ class TestPterion:
 
     PICKS = ([0.3, 0.1, 0.0], [0.0, -0.3, 0.0], [-0.05, 0.05, 0.0])
 
-    @pytest.mark.parametrize("noise", [0.0, 0.002, 0.004])
+    @pytest.mark.parametrize("noise", [*nightly(0.0, 0.002), 0.004])
     def test_picks_around_lead_to_the_junction_and_not_to_a_deeper_pit(self, noise):
         mesh = noisy(vault(), noise)
         curvature = sm.curvature(mesh)
@@ -87,6 +88,7 @@ class TestPterion:
         pit = sm.snap_landmark(mesh, self.PICKS[0], "pit", radius=0.6, curvature=curvature)
         assert np.linalg.norm(pit.point[:2] - MEETING) > 0.3
 
+    @pytest.mark.nightly
     def test_a_sample_of_many_vertices_leads_to_the_same_place(self, monkeypatch):
         mesh = vault(140)
         curvature, samples = sm.curvature(mesh), as_sampled_surface(mesh)
