@@ -47,7 +47,7 @@ def command(
     picture = picture and report.writable(picture, "--picture", report.PICTURES, [path])
     _check_options(method, {"--rings": rings, "--radius": radius, "--nearest": nearest}, points)
     _check_picture(picture, show, limits)
-    camera = report.camera(side, up)
+    camera = report.camera(side, up, drawn=picture is not None)
 
     with report.work("measuring", wanted=not json) as (interrupts, reported):
         began = time.perf_counter()

@@ -39,7 +39,7 @@ def command(
     """Find the sharp edges of a surface, and the zones between them."""
     output = output and _target(output, path)
     picture = picture and report.writable(picture, "--picture", report.PICTURES, [path])
-    camera = report.camera(side, up)
+    camera = report.camera(side, up, drawn=picture is not None)
     if angle is not None and not 0 < angle < 180:
         raise ValueError(f"--angle must lie between 0 and 180 degrees, not {angle:g}")
 

@@ -45,7 +45,7 @@ def primitives(
     """Find the planes, spheres, cylinders, cones and tori that points are on."""
     files = {"--output": (output, (".json",)), "--mesh": (mesh, report.MODELS)}
     targets = _targets(path, files | {"--step": (step, STEPS), "--labeled": (labeled, CLOUDS)}, picture)
-    camera = _camera(side, up)
+    camera = _camera(side, up, picture)
     with report.work("primitives", wanted=not json) as (interrupts, reported):
         from simplexmesh.cloud.extraction.extract import extract_primitives
 
@@ -81,7 +81,7 @@ def pipes(
     """Find pipe lines: straight parts, bends, reducers and tees, in order and tangent to one another."""
     files = {"--output": (output, (".json",)), "--table": (bill, (".csv",)), "--mesh": (mesh, report.MODELS)}
     targets = _targets(path, files | {"--step": (step, STEPS), "--labeled": (labeled, CLOUDS)}, picture)
-    camera = _camera(side, up)
+    camera = _camera(side, up, picture)
     at = None if pick is None else _place(pick)
     with report.work("pipes", wanted=not json) as (interrupts, reported):
         from simplexmesh.cloud.pipes.follow import follow_pipe
@@ -104,9 +104,9 @@ def pipes(
     return 0
 
 
-def _camera(side: str, up: str) -> dict[str, Any]:
+def _camera(side: str, up: str, picture: Path | None) -> dict[str, Any]:
     """Return how to look at a plant, which stands upright unless something else is said."""
-    camera = report.camera(side, up)
+    camera = report.camera(side, up, drawn=picture is not None)
     return camera | {"up": "z" if up == "auto" else up}
 
 

@@ -63,7 +63,7 @@ def command(
     """Fit a surface model to a volume, a label map, a scan or several scans."""
     output = report.writable(output, "--output", report.MODELS, inputs)
     picture = picture and report.writable(picture, "--picture", report.PICTURES, inputs)
-    camera = report.camera(view, up)
+    camera = report.camera(view, up, drawn=picture is not None)
 
     with deferred_interrupts() as interrupts:
         from simplexmesh._base.progress import part_of

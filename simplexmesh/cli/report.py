@@ -164,11 +164,13 @@ def draw(path: Path | None, plotted: Callable[[Any], Any]) -> None:
             plot.picture(path, plotted(plot))
 
 
-def camera(view: str, up: str) -> dict[str, Any]:
-    """Return the options of plots that `--view` and `--up` name."""
+def camera(view: str, up: str, *, drawn: bool = True) -> dict[str, Any]:
+    """Return the options of plots that `--view` and `--up` name, which are refused if nothing is drawn."""
     from simplexmesh._base import checks
 
     checks.choice("--view", view, VIEWS)
+    if not drawn and (view, up) != ("iso", "auto"):
+        raise ValueError(f"--{'up' if view == 'iso' else 'view'} needs --picture")
     if up != "auto" and view != "iso":
         raise ValueError(f"--up needs the view iso: --view {view} defines its own up axis")
     return {"view": None if view == "iso" else view, "up": checks.choice("--up", up, UPS)}

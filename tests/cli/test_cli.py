@@ -312,6 +312,7 @@ class TestBadInput:
             ("volume.mha", ["--level", 0, "--iterations", -1], ["iterations must be at least 0, not -1"]),
             ("volume.mha", ["--level", 0, "--view", "up"], ["--view must be one of 'iso', 'xy'", "'up'"]),
             ("volume.mha", ["--level", 0, "--label", 1], ["level or label, not both"]),
+            ("volume.mha", ["--level", 0, "--view", "xz"], ["--view needs --picture"]),
             ("volume.mha", ["--level", 0, "--colour", "red"], ["--colour"]),
             ("labels.mha", [], ["label must be given"]),
             ("labels.mha", ["--label", 7], ["label", "7"]),

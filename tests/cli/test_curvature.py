@@ -233,6 +233,7 @@ class TestBadInput:
             ("egg.off", ["--limits", 2, 1, "--picture", "out.png"], ["--limits must increase, not go from 2 to 1"]),
             ("egg.off", ["--limits", 0, "inf", "--picture", "out.png"], ["--limits must be finite, not 0 and inf"]),
             ("egg.off", ["--view", "up"], ["--view must be one of", "not 'up'"]),
+            ("egg.off", ["--up", "z"], ["--up needs --picture"]),
             ("egg.off", ["--show", "gauss"], ["--show needs --picture"]),
             ("egg.off", ["--limits", 0, 1], ["--limits need --picture"]),
             (

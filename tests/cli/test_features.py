@@ -157,6 +157,7 @@ class TestBadInput:
             ("cube.vtp", ["--tolerance", 0], ["tolerance must be above 0, not 0"]),
             ("cube.vtp", ["--tolerance", "nan"], ["tolerance must be finite, not nan"]),
             ("cube.vtp", ["--view", "up"], ["--view", "'up'"]),
+            ("cube.vtp", ["--view", "xz"], ["--view needs --picture"]),
             ("cube.vtp", ["--picture", "a.doc"], ["--picture must end with one of"]),
         ],
     )
