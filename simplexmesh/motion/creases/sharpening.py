@@ -14,6 +14,7 @@ from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Mask
 from simplexmesh._base.errors import DivergedError, warn
 from simplexmesh._base.vectors import dot
+from simplexmesh.data.cutting.dividing import divided
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.face_geometry import face_normals
@@ -85,26 +86,30 @@ def sharpened(
 ) -> Sharpened | None:
     """Return a closed mesh near points (n, 3), `before` (n,) away, with creases along its edges, or None without any.
 
-    Creases are the sharp edges of a surface through the points if these are closer to edges there than to bends. A
-    `surface` on which the points lie has its own, if they are.
+    Creases are the sharp edges of a surface through the points if these are closer to edges there than to bends; of a
+    finer mesh those of the `surface` itself on which the points lie, if it is given.
     """
     noise = float(getattr(target, "noise", 0.0))
     if not (before > 3 * noise + 0.1 * mean_edge(mesh)).any():
         return None
-    lines, through = crease_lines(mesh, points, noise) if surface is None else own_lines(surface)
     side = resolution(mesh.area / len(points), noise)
+    own = surface if surface is not None and mean_edge(mesh) < side else None
+    if own is None:
+        lines, through = crease_lines(mesh, points, noise)
+    else:
+        lines, through = own_lines(own, mesh), divided(own, side)
     if not lines:
         return None
     told = evidence(lines, through, points, side)
     least = DECISIVE
     if told.together() > DECISIVE:
-        least = DOUBTED if surface is None else -np.inf  # points do not tell edges of thin walls apart
+        least = DOUBTED
     elif told.together() > 0 and told.together(told.errors > CLEAR) > DECISIVE:  # among some rounds
         least = CLEAR
     chosen = [line for line, sure in zip(lines, told.errors, strict=True) if sure > least]
     if not chosen:
         return None
-    return _laid(Scene(mesh, chosen, points, target, ASTRIDE * noise, side if surface is None else 0.0))
+    return _laid(Scene(mesh, chosen, points, target, ASTRIDE * noise, side if own is None else 0.0))
 
 
 def sharpened_volume(mesh: SimplexMesh, points: Array, away: Array, target: Isosurface) -> Sharpened | None:
@@ -184,6 +189,7 @@ def _laid(scene: Scene) -> Sharpened | None:
     """Return the mesh with edges on the lines, where that does not fold it; None, with a warning, if that fails."""
     paths = traced(scene.mesh, scene.lines, scene.resolution)
     if not paths:
+        warn("the model stays smooth: its edges find no way along the sharp edges of the data; more vertices may help")
         return None
     creased = on_paths(paths, scene.mesh.n_vertices)
     try:

@@ -17,7 +17,6 @@ from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
 from simplexmesh.motion.reconstruct.outer_side import are_inward, outward_cloud
 from simplexmesh.motion.start.from_points import start_from_points
-from simplexmesh.motion.start.from_triangles import start_from_triangles
 from simplexmesh.motion.start.from_volume import start_from_volume
 from simplexmesh.motion.start.grid_crossings import crossings_of_largest, outer_crossings
 from simplexmesh.motion.start.report import Start
@@ -249,10 +248,7 @@ class TrianglesInput(Input):
         return self._sampled
 
     def start(self, vertices: int, tunnels: float | None) -> tuple[Start, Target]:
-        """Return the dual of the triangles, or of a coarse surface around even samples of them; these face outward."""
-        own = None if tunnels else start_from_triangles(self.source, vertices)
-        if own is not None:
-            return own, self.target
+        """Return the dual of a coarse surface around even samples of the triangles, and these facing out of it."""
         start = start_from_points(self._sampled, vertices, components=self.components, tunnels=tunnels or 0.0)
         known = self.source.topology
         if known.n_components == 1 and not known.n_borders and known.genus != start.report.genus and not tunnels:

@@ -22,9 +22,9 @@ class StartReport:
     Attributes
     ----------
     grid : tuple of int
-        Shape of the grid that determined the topology; empty where that is the one of the triangles given.
+        Shape of the grid that determined the topology.
     cell : float
-        Size of its cells, in the unit of the data; 0 without any.
+        Size of its cells, in the unit of the data.
     genus, components : int
         Of the mesh, the genus summed over its components.
     tunnels_removed : int
@@ -45,7 +45,7 @@ class StartReport:
         Empty if the genus is that of most levels in a row of the field that bounds the solid.
     """
 
-    grid: tuple[int, ...]
+    grid: tuple[int, int, int]
     cell: float
     genus: int
     components: int
@@ -63,8 +63,7 @@ class StartReport:
 
     def __str__(self) -> str:
         parts = [f"start of genus {self.genus}", f"{self.components} components" if self.components > 1 else ""]
-        cells = f"a grid of {' x '.join(map(str, self.grid))} cells of {self.cell:.3g}"
-        parts.append(f"from {cells if self.grid else 'the triangles themselves'}")
+        parts.append(f"from a grid of {' x '.join(map(str, self.grid))} cells of {self.cell:.3g}")
         parts.append(f"{self.tunnels_removed} small tunnels sealed" if self.tunnels_removed else "")
         share = f" ({100 * self.share_dropped:.2g} % of the samples)" if self.share_dropped else ""
         parts.append(f"{self.components_dropped} smaller pieces left out{share}" if self.components_dropped else "")

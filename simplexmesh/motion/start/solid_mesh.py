@@ -163,7 +163,7 @@ def _mesh_of(field: NDArray[np.float32], solid: Mask, T_world_cell: Array, verti
     positions, faces = isosurface(field, solid, _min_triangles(vertices))
     if np.linalg.det(T_world_cell[:3, :3]) < 0:
         faces = faces[:, ::-1]
-    return dual_mesh(positions @ T_world_cell[:3, :3].T + T_world_cell[:3, 3], faces, vertices)
+    return _dual_mesh(positions @ T_world_cell[:3, :3].T + T_world_cell[:3, 3], faces, vertices)
 
 
 def _min_triangles(vertices: int) -> int:
@@ -171,7 +171,7 @@ def _min_triangles(vertices: int) -> int:
     return int(1.15 * vertices) if vertices < SUBDIVIDE_FROM else 0
 
 
-def dual_mesh(positions: Array, faces: Indices, vertices: int) -> SimplexMesh:
+def _dual_mesh(positions: Array, faces: Indices, vertices: int) -> SimplexMesh:
     """Return the simplex mesh with `vertices` vertices from a closed triangulation: decimated, relaxed, dualized."""
     if not len(faces):
         raise TopologyError("the grid holds no surface to start from")
