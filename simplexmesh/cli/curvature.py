@@ -240,4 +240,4 @@ def _places(salient: list[dict[str, Any]], unit: str) -> str:
         return "none"
     titles = ("x", "y", f"z {unit}".rstrip(), f"|H| {power_of_unit(unit, -1)}".rstrip())
     rows = [[*(f"{x:.5g}" for x in each["point"]), f"{each['value']:.4g}"] for each in salient]
-    return report.columns(titles, rows)
+    return report.columns(titles, rows, most=len(rows))

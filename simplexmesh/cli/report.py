@@ -72,14 +72,14 @@ def table(title: str, rows: Mapping[str, Any]) -> None:
     console.print(grid)
 
 
-def columns(titles: Sequence[str], rows: Sequence[Sequence[str]], rest: str = "more") -> str:
+def columns(titles: Sequence[str], rows: Sequence[Sequence[str]], rest: str = "more", most: int = ROWS) -> str:
     """Return titled columns of text, those of numbers flush right; of many rows the first, and how many more."""
     aligned = []
-    for cells in zip(titles, *rows[:ROWS], strict=True):
+    for cells in zip(titles, *rows[:most], strict=True):
         width, numbers = max(map(len, cells)), all(set(cell) <= set("0123456789,.+-e") for cell in cells[1:])
         aligned.append([cell.rjust(width) if numbers else cell.ljust(width) for cell in cells])
     lines = ["  ".join(row).rstrip() for row in zip(*aligned, strict=True)]
-    return "\n".join(lines + [f"and {len(rows) - ROWS:,} {rest}, which --json lists"] * (len(rows) > ROWS))
+    return "\n".join(lines + [f"and {len(rows) - most:,} {rest}, which --json lists"] * (len(rows) > most))
 
 
 def tell(facts: Mapping[str, Any], title: str, rows: Mapping[str, Any], *, json: bool) -> None:

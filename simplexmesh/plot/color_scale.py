@@ -94,9 +94,17 @@ def _rounded(value: float) -> float:
 
 def scale(values: Array, title: str, *, diverging: bool, limits: tuple[float, float] | None) -> dict[str, Any]:
     """Return the options of `add_mesh` for scalars of simplex meshes: colormap, limits and scalar bar."""
-    if limits is None:
-        limits = ends(values, None, np.ones(len(values)))
-        limits = (-max(map(abs, limits)), max(map(abs, limits))) if diverging else limits
+    known = values[np.isfinite(values)]
+    if limits is None and diverging:
+        most = float(np.percentile(np.abs(known), 98)) if len(known) else 1.0
+        limits = (-most or -1.0, most or 1.0)
+    elif limits is None and len(known):
+        low, middle, high = (float(x) for x in np.percentile(known, [2, 50, 98]))
+        if low >= 0 and (low < 0.5 * high or low == high):  # distances: from zero, up to a few outliers
+            most = float(known.max())
+            low, high = 0.0, min(most, max(4 * middle, high) or most)
+        limits = (low, high if high > low else low + 1.0)
+    limits = limits or (0.0, 1.0)
     return {
         "scalars": "scalars",
         "cmap": blue_to_red(*limits) if diverging else "viridis",

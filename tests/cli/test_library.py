@@ -41,7 +41,6 @@ def models(files):
     return library.path
 
 
-@pytest.mark.nightly
 def test_dark_objects(command, tmp_path, monkeypatch):
     """A cavity is a body whose inside is below the level: in the library, found and drawn as such."""
     drawn, overlay = [], sm.plot.overlay

@@ -48,7 +48,6 @@ def test_a_table(command, files):
     assert "ambiguous" in out
 
 
-@pytest.mark.nightly
 def test_a_level_is_that_of_the_volume(command, files, tmp_path):
     grid = np.stack(np.meshgrid(*[np.linspace(-2, 2, 40)] * 3, indexing="ij"), axis=-1)
     blobs = ((0, 0, 0), (0.9, 0.3, 0), (-0.2, 0.8, 0.6))

@@ -234,11 +234,11 @@ class TestScale:
         assert self.limits([-1, 0, 3, 3, 3], diverging=True) == (-3, 3)
 
     def test_an_outlier_does_not_hide_the_others(self):
-        assert self.limits([*np.linspace(0, 0.1, 99), 1000], diverging=False) == pytest.approx((0, 0.1))
+        assert self.limits([0.1] * 99 + [1000], diverging=False) == pytest.approx((0, 0.4))
         assert self.limits([-0.1, 0.1] * 500 + [1000], diverging=True) == pytest.approx((-0.1, 0.1))
 
     def test_is_of_the_values_and_not_from_zero_where_that_is_far(self):
-        assert self.limits(np.linspace(20, 30, 1001), diverging=False) == pytest.approx((20, 30), abs=0.6)
+        assert self.limits(np.linspace(20, 30, 1001), diverging=False) == pytest.approx((20, 30), abs=0.3)
 
     def test_has_zero_in_its_middle_for_values_of_both_signs(self, ball):
         plotter = sm.plot.surface(ball, scalars=ball.vertices[:, 0] + 0.5)
@@ -264,7 +264,7 @@ class TestScale:
 
     def test_few_are_beyond_its_end(self):
         values = np.random.default_rng(0).exponential(size=2000) ** 3
-        assert 0.03 < (values > self.limits(values, diverging=False)[1]).mean() <= 0.05
+        assert (values > self.limits(values, diverging=False)[1]).mean() == pytest.approx(0.02, abs=0.001)
 
     @pytest.mark.parametrize("diverging", [True, False])
     @pytest.mark.parametrize("values", [[0.0, 0.0], [np.nan, np.nan], [5.0, 5.0]])

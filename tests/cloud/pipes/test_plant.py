@@ -203,3 +203,8 @@ def test_lines_of_a_scanner_far_apart_are_followed(around):
         assert [element.kind for element in line.elements] == ["straight", "bend", "straight"]
         assert_allclose([element.radius for element in line.elements], 1, rtol=0.01)
         assert (line.labels >= 0).mean() > 0.95
+
+
+def test_radii_may_be_bounded():
+    plant = sm.extract_pipes(np.concatenate(two_lines()), radius=(0.3, 0.7))
+    assert [len(line.elements) for line in plant.lines] == [1]

@@ -244,3 +244,12 @@ class TestTubesCutOffAslant:
         rim = start.vertices[np.isin(np.arange(start.n_vertices), rims_of(start.connectivity).vertices)]
         ends = np.sign(rim[:, 2]) * (3 - np.tan(np.radians(35.0)) * rim[:, 0])
         assert np.abs(rim[:, 2] - ends).max() < 0.15
+
+
+@pytest.mark.filterwarnings("ignore:a part of the motion ended early")
+def test_a_handle_refused_by_the_user_stays_a_film():
+    out = sm.reconstruct(
+        torus_points(), init="sphere", vertices=700, handles=lambda proposal: False, iterations=20, creases="none"
+    )
+    assert out.mesh.genus == 0
+    assert {proposal.reason for proposal in out.topology.handles} == {"refused by accept"}
