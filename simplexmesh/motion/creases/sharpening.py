@@ -56,7 +56,6 @@ ASTRIDE = 2.0
 ROUNDED = 2.0
 """In standard deviations of the blur: an isosurface is round as near to a crease."""
 
-
 PERTURBATION = 1e-9
 """In mean edges: faces that share exact lines touch, and would cross or not by rounding (Edelsbrunner, Mucke 1990)."""
 
@@ -230,7 +229,7 @@ def _moved_onto(scene: Scene, paths: Sequence[Path], creased: Mask) -> tuple[Sim
         now = now.moved(respaced(now, paths))
         now = now.moved(sided.met(now, paths, reach))
         now = _settled(now, sided, creased, 20, edge)
-    now = now.moved(_off_lines(now.vertices, PERTURBATION * edge))
+    now = now.moved(now.vertices + PERTURBATION * edge * np.random.default_rng(0).normal(size=now.vertices.shape))
     for rings in (1, 2, 3):
         tangled = tangled_vertices(now)
         if not tangled.any():
@@ -238,11 +237,6 @@ def _moved_onto(scene: Scene, paths: Sequence[Path], creased: Mask) -> tuple[Sim
         other = unfolded(now, dilated(tangled, mesh.neighbors, rings) & ~creased)
         now = other if tangled_vertices(other).sum() < tangled.sum() else now
     return now, sided
-
-
-def _off_lines(vertices: Array, size: float) -> Array:
-    """Return vertices moved by random amounts of a size, so that rounding does not decide which faces cross."""
-    return vertices + size * np.random.default_rng(0).normal(size=vertices.shape)
 
 
 def _released(scene: Scene, mesh: SimplexMesh, target: Sided, creased: Mask) -> tuple[SimplexMesh, Mask]:

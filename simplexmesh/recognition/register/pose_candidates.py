@@ -1,4 +1,4 @@
-"""Candidate motions between two surfaces, by votes of point pairs.
+"""Candidate motions between two surfaces: by votes of point pairs, and by principal axes.
 
 A match of two pairs determines the target point of a source point, and the rotation about its normal (B. Drost,
 M. Ulrich, N. Navab, S. Ilic, Model globally, match locally, CVPR 2010).
