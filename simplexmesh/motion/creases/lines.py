@@ -12,7 +12,6 @@ from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.creases.joining import joined, without_loops
 from simplexmesh.motion.creases.line import CreaseLine
-from simplexmesh.motion.model.state import mean_edge
 from simplexmesh.motion.start.solid_mesh import decimated, relaxed
 from simplexmesh.surface.features.feature_lines import feature_lines
 
@@ -23,27 +22,13 @@ NOISE = 0.08
 """In edges of the surface: more noise than that, in means of the points of a vertex, is averaged over more points."""
 
 
-FAR = 3.0
-"""In mean edges: lines so far from a mesh are of what it left out, such as other bodies and inner walls."""
-
-
 def crease_lines(mesh: SimplexMesh, points: Array, noise: float) -> tuple[list[CreaseLine], TriangleMesh]:
     """Return the sharp edges of points (n, 3) near a closed mesh, the longest first, and the surface they are on."""
-    surface = TriangleMesh(*surface_through(mesh, points, noise))
-    return _lines_of(surface, resolution(mesh.area / len(points), noise)), surface
-
-
-def _lines_of(surface: TriangleMesh, side: float) -> list[CreaseLine]:
-    """Return the sharp edges of a surface, the longest first, but for loops and corners not wider than a length."""
+    surface, side = TriangleMesh(*surface_through(mesh, points, noise)), resolution(mesh.area / len(points), noise)
     found = without_loops(feature_lines(surface), side)
-    return joined([CreaseLine(line.points, line.closed, float(line.angle.mean())) for line in found.lines], side)
-
-
-def own_lines(surface: TriangleMesh, mesh: SimplexMesh) -> list[CreaseLine]:
-    """Return the sharp edges of a surface that are on a mesh near it, the longest first."""
-    edge, tree = mean_edge(mesh), cKDTree(mesh.vertices)
-    lines = _lines_of(surface, edge)
-    return [line for line in lines if np.median(tree.query(line.samples(edge)[0])[0]) < FAR * edge]
+    return joined(
+        [CreaseLine(line.points, line.closed, float(line.angle.mean())) for line in found.lines], side
+    ), surface
 
 
 def resolution(area: float, noise: float) -> float:

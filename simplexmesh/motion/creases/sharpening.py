@@ -14,8 +14,6 @@ from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Mask
 from simplexmesh._base.errors import DivergedError, warn
 from simplexmesh._base.vectors import dot
-from simplexmesh.data.cutting.dividing import divided
-from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.face_geometry import face_normals
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
@@ -23,7 +21,7 @@ from simplexmesh.mesh.triangulation import fan
 from simplexmesh.motion.creases.blurred import are_sharp, blur_of
 from simplexmesh.motion.creases.evidence import evidence
 from simplexmesh.motion.creases.line import CreaseLine
-from simplexmesh.motion.creases.lines import crease_lines, own_lines, resolution
+from simplexmesh.motion.creases.lines import crease_lines, resolution
 from simplexmesh.motion.creases.paths import Path, on_paths, respaced, traced
 from simplexmesh.motion.creases.sides import SETTLED, Sided
 from simplexmesh.motion.creases.unfolding import unfolded
@@ -31,6 +29,7 @@ from simplexmesh.motion.model.deform import DeformableModel
 from simplexmesh.motion.model.state import mean_edge
 from simplexmesh.motion.model.untangle import Tangles, untangled, with_membrane
 from simplexmesh.motion.targets.isosurface import Isosurface
+from simplexmesh.motion.targets.protocol import Target
 from simplexmesh.motion.targets.triangles import surface_distance
 from simplexmesh.motion.topology.face_regions import dilated
 from simplexmesh.surface.features.lines.network import FeatureLine
@@ -65,7 +64,7 @@ class Sharpened:
     """A model with creases, the target that it was moved to, and the paths of creases along its edges."""
 
     mesh: SimplexMesh
-    target: Sided
+    target: Target
     paths: list[Path]
 
     def creases(self) -> tuple[FeatureLine, ...]:
@@ -84,23 +83,16 @@ class Sharpened:
         return tuple(sorted(out, key=lambda line: -line.length))
 
 
-def sharpened(
-    mesh: SimplexMesh, points: Array, before: Array, target: Any, surface: TriangleMesh | None = None
-) -> Sharpened | None:
+def sharpened(mesh: SimplexMesh, points: Array, before: Array, target: Any) -> Sharpened | None:
     """Return a closed mesh near points (n, 3), `before` (n,) away, with creases along its edges, or None without any.
 
-    Creases are the sharp edges of a surface through the points if these are closer to edges there than to bends; of a
-    finer mesh those of the `surface` itself on which the points lie, if it is given.
+    Creases are the sharp edges of a surface through the points if these are closer to edges there than to bends.
     """
     noise = float(getattr(target, "noise", 0.0))
     if not (before > 3 * noise + 0.1 * mean_edge(mesh)).any():
         return None
     side = resolution(mesh.area / len(points), noise)
-    own = surface if surface is not None and mean_edge(mesh) < side else None
-    if own is None:
-        lines, through = crease_lines(mesh, points, noise)
-    else:
-        lines, through = own_lines(own, mesh), divided(own, side)
+    lines, through = crease_lines(mesh, points, noise)
     if not lines:
         return None
     told = evidence(lines, through, points, side)
@@ -112,7 +104,7 @@ def sharpened(
     chosen = [line for line, sure in zip(lines, told.errors, strict=True) if sure > least]
     if not chosen:
         return None
-    return _laid(Scene(mesh, chosen, points, target, ASTRIDE * noise, side if own is None else 0.0))
+    return _laid(Scene(mesh, chosen, points, target, ASTRIDE * noise, side))
 
 
 def sharpened_volume(mesh: SimplexMesh, points: Array, away: Array, target: Isosurface) -> Sharpened | None:

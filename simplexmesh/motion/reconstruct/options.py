@@ -89,6 +89,11 @@ class Options:
             object.__setattr__(self, name, value)
 
     @property
+    def leave_all_to_us(self) -> bool:
+        """Whether nothing is wanted but a number of vertices and which components."""
+        return self == Options("auto", self.vertices, self.components, None, 500, 1, None, None, None, None, None)
+
+    @property
     def first_vertices(self) -> int:
         """Number of vertices of the start; refinement adds the others."""
         if self.refine in ("none", "open"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +13,8 @@ from simplexmesh.motion.reconstruct.conversion import as_input
 from simplexmesh.motion.reconstruct.measure import measure, restore
 from simplexmesh.motion.reconstruct.options import Choice, Options
 from simplexmesh.motion.reconstruct.result import Reconstruction
-from simplexmesh.motion.reconstruct.run import finish, settle, started
-from simplexmesh.motion.reconstruct.sharpen import sharpen
+from simplexmesh.motion.reconstruct.run import Run, finish, settle, started
+from simplexmesh.motion.reconstruct.sharpen import along_edges, sharpen
 
 
 def reconstruct(
@@ -146,16 +147,14 @@ def reconstruct(
         report(0.0, "reading")
         known = as_input(data, level=level, label=label, inside=inside, components=options.components, poses=poses)
         report(0.05, "finding a start")
-        run = started(known, options, report)
+        run = along_edges(known, options, report)
+        steps: list[Callable[[Run], None]] = [measure]
+        if run is None:
+            run = started(known, options, report)
+            steps = [settle, change_topology, refine_and_fit, redistribute, finish, restore, sharpen, measure]
         try:
-            settle(run)
-            change_topology(run)
-            refine_and_fit(run)
-            redistribute(run)
-            finish(run)
-            restore(run)
-            sharpen(run)
-            measure(run)
+            for step in steps:
+                step(run)
         except KeyboardInterrupt:
             run.interrupted = True
     return run.result()

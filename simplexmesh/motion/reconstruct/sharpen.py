@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplexmesh.data.triangles import TriangleMesh
+from simplexmesh._base.progress import Progress
 from simplexmesh.mesh.contours import Contour, numbered
-from simplexmesh.motion.creases.sharpening import sharpened, sharpened_volume
+from simplexmesh.motion.creases.own import model_along
+from simplexmesh.motion.creases.sharpening import Sharpened, sharpened, sharpened_volume
+from simplexmesh.motion.model.state import mean_edge
+from simplexmesh.motion.reconstruct.inputs import Input, TrianglesInput
 from simplexmesh.motion.reconstruct.measure import share_of_area
+from simplexmesh.motion.reconstruct.options import Options, stages_from
 from simplexmesh.motion.reconstruct.result import LEAST_BARE
 from simplexmesh.motion.reconstruct.run import Run
 from simplexmesh.motion.targets.isosurface import Isosurface
@@ -16,8 +20,26 @@ from simplexmesh.motion.targets.labels import LabelSurface
 MOST_POINTS = 40_000
 """Of an isosurface, drawn at random, for its sharp edges."""
 
-MOST_TRIANGLES = 16_000
-"""Of a surface whose own edges are looked for: one through its samples has as many, and averages over more."""
+MOST_TRIANGLES = 200_000
+"""Of a surface along whose own sharp edges a model is made: it takes seconds for each hundred thousand."""
+
+
+def along_edges(data: Input, options: Options, report: Progress) -> Run | None:
+    """Return the model of closed triangles made along their sharp edges, near them as it is; None where that fails."""
+    if not (isinstance(data, TrianglesInput) and options.leave_all_to_us and data.oriented):
+        return None
+    surface, points = data.source, data.samples().points
+    several = surface.n_components > 1 and data.components != "all"
+    if several or surface.n_faces > MOST_TRIANGLES or surface.volume <= 0:
+        return None
+    made = model_along(data.target, points, options.vertices)
+    if made is None:
+        return None
+    found, tangled = made
+    run = Run(options, data, report, found.mesh, found.mesh, data.target, [], converged=True)
+    run.stages = stages_from(found.mesh, data, options, cell=mean_edge(found.mesh))
+    _take(run, found, tangled)
+    return run
 
 
 def sharpen(run: Run) -> None:
@@ -33,11 +55,15 @@ def sharpen(run: Run) -> None:
         away = run.tree.query(run.mesh.vertices, workers=-1)[0]
         if share_of_area(run.mesh, away > 2 * run.stages[-1].reach) >= LEAST_BARE:
             return  # the rim of a lid is no crease of the data
-        points, surface = run.data.samples().points, run.data.source
-        own = surface if isinstance(surface, TriangleMesh) and len(surface.faces) < MOST_TRIANGLES else None
-        found = sharpened(run.mesh, points, run.away(points), target, own)
+        points = run.data.samples().points
+        found = sharpened(run.mesh, points, run.away(points), target)
     if found is not None:
-        run.target, run.creases, run.tangled = found.target, found.creases(), 0
-        stale = dict.fromkeys(name for name in found.mesh.contours if name.startswith("crease_"))
-        lines = [Contour(found.mesh, line.vertices, line.closed) for line in run.creases]
-        run.mesh = numbered(found.mesh.with_contours(**stale), "crease", lines)
+        _take(run, found, 0)
+
+
+def _take(run: Run, found: Sharpened, tangled: int) -> None:
+    """Make a model with creases, of which some vertices are tangled, that of a run."""
+    run.target, run.creases, run.tangled = found.target, found.creases(), tangled
+    stale = dict.fromkeys(name for name in found.mesh.contours if name.startswith("crease_"))
+    lines = [Contour(found.mesh, line.vertices, line.closed) for line in run.creases]
+    run.mesh = numbered(found.mesh.with_contours(**stale), "crease", lines)

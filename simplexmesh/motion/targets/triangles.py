@@ -87,6 +87,7 @@ class Triangles(BuiltInTarget):
         agrees = (facing > 0.2) | (straight & (facing > -0.2))
         if not self.oriented:
             agrees = (np.abs(facing) > 0.2) | straight
+        agrees |= distance <= ON_SURFACE * float(np.ptp(self.vertices, axis=0).max())
         agrees &= ~(self._beyond_border(closest, faces) & (np.abs(along) < 0.8 * distance))
         return np.where(agrees & (distance <= reach) & known.all(axis=1), along, np.nan)
 

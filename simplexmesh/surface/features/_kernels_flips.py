@@ -93,7 +93,7 @@ def flip_edges(tri, spheres, change, longest, even):
         flips = 0
         for h in range(len(tri.mates)):
             g = tri.mates[h]
-            if tri.corners[h] == REMOVED or g < h or is_cap(tri, h) or is_cap(tri, g):
+            if tri.corners[h] == REMOVED or g < h or tri.sharp[h] or is_cap(tri, h) or is_cap(tri, g):
                 continue
             a, b, c, d = tri.corners[h], tri.corners[g], tri.corners[previous(h)], tri.corners[previous(g)]
             if tri.frozen[a] or tri.frozen[b] or tri.frozen[c] or tri.frozen[d]:
@@ -113,6 +113,10 @@ def flip_edges(tri, spheres, change, longest, even):
             if claims(tri, spheres, t, change) and claims(tri, spheres, u, change):
                 hand_over(spheres, unlist(spheres, u, unlist(spheres, t, -1)))
                 flip(tri.corners, tri.mates, h)
+                for k in range(3):
+                    tri.sharp[3 * t + k] = tri.sharp[tri.mates[3 * t + k]]
+                    tri.sharp[3 * u + k] = tri.sharp[tri.mates[3 * u + k]]
+                tri.sharp[3 * t + 1] = tri.sharp[3 * u + 2] = False
                 flips += 1
         if not flips:
             break

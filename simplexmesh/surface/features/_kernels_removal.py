@@ -3,9 +3,12 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base.arrays import Array
 from simplexmesh.mesh.triangles._kernels_half_edges import area_normal, cosine, following, keeps_topology, previous
 from simplexmesh.numerics._kernels_heap import new_heap, put
 from simplexmesh.numerics._kernels_vectors import cross_product, dot, norm, row
@@ -19,6 +22,15 @@ from simplexmesh.surface.features._kernels_tolerance import (
     squared_length,
     unlist,
 )
+
+
+class Order(NamedTuple):
+    """Which vertices go first, and until when."""
+
+    longest: float  # square of the length that no edge exceeds
+    evenness: float  # share of squared lengths in costs
+    surplus: float  # triangles that may go, of which each edge on a line counts for two
+    weights: Array  # (v,) of costs
 
 
 @njit(cache=True, error_model="numpy")
@@ -39,10 +51,31 @@ def _star_normal(tri, h):
 
 
 @njit(cache=True, error_model="numpy")
+def _on_lines(tri, h):
+    """Return how many edges on lines the start of a half-edge has."""
+    count, k = 0, h
+    while True:
+        count += tri.sharp[k]
+        k = tri.mates[previous(k)]
+        if k == h:
+            return count
+
+
+@njit(cache=True, error_model="numpy")
+def _keeps_lines(tri, h):
+    """Return whether a vertex drawn along a half-edge is on no line, or goes along one that neither ends nor closes."""
+    count, g = _on_lines(tri, h), tri.mates[h]
+    if count == 0:
+        return True
+    around = tri.sharp[following(h)] or tri.sharp[previous(h)] or tri.sharp[following(g)] or tri.sharp[previous(g)]
+    return count == 2 and tri.sharp[h] and not around
+
+
+@njit(cache=True, error_model="numpy")
 def _is_removable(tri, spheres, h, longest, seen, change):
     """Return whether the start of a half-edge may be drawn to its end, and fill the change."""
     g, v = tri.mates[h], tri.corners[following(h)]
-    if v >= tri.caps or tri.frozen[v]:
+    if v >= tri.caps or tri.frozen[v] or not _keeps_lines(tri, h):
         return False
     normal, border = _star_normal(tri, h)
     if border and not (is_cap(tri, h) or is_cap(tri, g)):
@@ -88,8 +121,10 @@ def _remove(tri, spheres, h, change, edges):
     for side in (h, g):
         one, other = tri.mates[following(side)], tri.mates[previous(side)]
         tri.mates[one], tri.mates[other] = other, one
+        tri.sharp[one] = tri.sharp[other] = tri.sharp[one] or tri.sharp[other]
         for j in range(3):
             tri.corners[3 * (side // 3) + j] = REMOVED
+            tri.sharp[3 * (side // 3) + j] = False
     for i in range(change.size[0]):
         for k in range(3 * change.triangles[i], 3 * change.triangles[i] + 3):
             edges[tri.corners[k]] = k
@@ -140,16 +175,16 @@ def _add_plane(quadric, n, off, weight):
 
 
 @njit(cache=True, error_model="numpy")
-def _cost(tri, quadrics, u, v):
-    """Return the mean squared distance of vertex v from the planes around u."""
+def _cost(tri, quadrics, u, v, evenness):
+    """Return the mean squared distance of vertex v from the planes around u, and a share of that from u."""
     q, (x, y, z) = quadrics[u], row(tri.vertices, v)
     error = q[0] * x * x + q[1] * y * y + q[2] * z * z + 2.0 * (q[3] * x * y + q[4] * x * z + q[5] * y * z)
     error += 2.0 * (q[6] * x + q[7] * y + q[8] * z) + q[9]
-    return max(error, 0.0) / max(q[10], 1e-300)
+    return max(error, 0.0) / max(q[10], 1e-300) + evenness * squared_length(tri, u, v)
 
 
 @njit(cache=True, error_model="numpy")
-def _candidates(tri, quadrics, first, found, costs):
+def _candidates(tri, quadrics, first, order, found, costs):
     """List the half-edges that start where `first` does, the cheapest to shrink first; return their number.
 
     None starts at a vertex that may not go: one that is frozen, or has more neighbors than there is room for.
@@ -160,7 +195,7 @@ def _candidates(tri, quadrics, first, found, costs):
         if tri.frozen[u] or count == len(found):
             return 0
         if v < tri.caps:
-            cost, place = _cost(tri, quadrics, u, v), count
+            cost, place = order.weights[u] * _cost(tri, quadrics, u, v, order.evenness), count
             while place > 0 and costs[place - 1] > cost:
                 costs[place], found[place] = costs[place - 1], found[place - 1]
                 place -= 1
@@ -172,7 +207,7 @@ def _candidates(tri, quadrics, first, found, costs):
 
 
 @njit(cache=True, error_model="numpy")
-def remove_vertices(tri, spheres, quadrics, edges, change, longest):
+def remove_vertices(tri, spheres, quadrics, edges, change, order):
     """Remove vertices, the cheapest first, while all spheres touch the surface; return how many.
 
     `edges` (v,) has a half-edge that starts at each vertex, or -1. A vertex is drawn to the neighbor where that costs
@@ -181,23 +216,24 @@ def remove_vertices(tri, spheres, quadrics, edges, change, longest):
     heap, seen = new_heap(tri.caps), np.full(len(tri.vertices), -1)
     found, costs = np.zeros(len(change.triangles), np.int64), np.zeros(len(change.triangles))
     for v in range(tri.caps):
-        if edges[v] >= 0 and _candidates(tri, quadrics, edges[v], found, costs):
+        if edges[v] >= 0 and _candidates(tri, quadrics, edges[v], order, found, costs):
             put(heap, v, costs[0])
-    removed = 0
-    while heap.size[0]:
+    removed, surplus = 0, order.surplus
+    while heap.size[0] and surplus > 0:
         u = np.int64(heap.item[0])
         put(heap, u, np.inf)
-        for i in range(_candidates(tri, quadrics, edges[u], found, costs)):
+        for i in range(_candidates(tri, quadrics, edges[u], order, found, costs)):
             h = found[i]
-            if _is_removable(tri, spheres, h, longest, seen, change):
+            if _is_removable(tri, spheres, h, order.longest, seen, change):
                 v = tri.corners[following(h)]
+                surplus -= 4 if tri.sharp[h] else 2
                 _remove(tri, spheres, h, change, edges)
                 for j in range(quadrics.shape[1]):
                     quadrics[v, j] += quadrics[u, j]
                 removed += 1
                 for k in change.corners[: change.size[0]].flat:
                     if k < tri.caps:
-                        count = _candidates(tri, quadrics, edges[k], found, costs)
+                        count = _candidates(tri, quadrics, edges[k], order, found, costs)
                         put(heap, k, costs[0] if count else np.inf)
                 break
     return removed

@@ -31,6 +31,7 @@ class Triangulation(NamedTuple):
     corners: Indices  # (3t,)
     mates: Indices  # (3t,)
     frozen: Mask  # (v,) vertices whose triangles stay as they are
+    sharp: Mask  # (3t,) half-edges on lines that stay
     caps: int
 
 

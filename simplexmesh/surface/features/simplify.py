@@ -16,6 +16,7 @@ from simplexmesh.mesh import manifold
 from simplexmesh.mesh.triangles.self_intersection import crossing_triangles
 from simplexmesh.mesh.triangles.topology import vertex_fans
 from simplexmesh.surface.features import _kernels_flips, _kernels_removal, _kernels_tolerance
+from simplexmesh.surface.features._kernels_removal import Order
 from simplexmesh.surface.features._kernels_tolerance import Change, Spheres, Triangulation
 
 FEW_REMOVED = 0.05
@@ -119,7 +120,7 @@ def _simplified(local: Array, fans: Indices, mates: Indices, radii: Array, longe
     """
     frozen, radii = frozen.copy(), radii.copy()
     while True:
-        tri, spheres = _watched(local, fans, mates, radii, frozen)
+        tri, spheres = watched(local, fans, mates, radii, frozen)
         _change(tri, spheres, longest)
         triangles = tri.corners.reshape(-1, 3)
         there = np.flatnonzero((triangles[:, 2] >= 0) & (triangles[:, 2] < tri.caps))
@@ -130,12 +131,13 @@ def _simplified(local: Array, fans: Indices, mates: Indices, radii: Array, longe
         radii[np.isin(_kernels_tolerance.holders(spheres)[: tri.caps], crossing)] /= 4
 
 
-def _watched(local: Array, fans: Indices, mates: Indices, radii: Array, frozen: Mask) -> tuple[Triangulation, Spheres]:
-    """Return the triangulation with its borders closed, and the spheres of its vertices."""
+def watched(local: Array, fans: Indices, mates: Indices, radii: Array, frozen: Mask) -> tuple[Triangulation, Spheres]:
+    """Return the triangulation with its borders closed, no edge on lines, and the spheres of its vertices."""
     n = len(local)
     corners, mates, caps = _kernels_tolerance.capped(fans.ravel(), mates.ravel().astype(np.int64), n)
     vertices = np.concatenate([local, np.zeros((caps, 3))])
-    tri = Triangulation(vertices, corners, mates, np.append(frozen, np.zeros(caps, bool)), n)
+    sharp = np.zeros(len(corners), bool)
+    tri = Triangulation(vertices, corners, mates, np.append(frozen, np.zeros(caps, bool)), sharp, n)
     border = np.zeros((len(corners) - fans.size) // 3)
     centers = np.concatenate([local, np.zeros((len(border), 3))])
     lists = np.full((2, len(centers)), -1)
@@ -147,15 +149,29 @@ def _watched(local: Array, fans: Indices, mates: Indices, radii: Array, frozen: 
 
 def _change(tri: Triangulation, spheres: Spheres, longest: float) -> None:
     """Remove vertices and flip edges in turn, in place, while many vertices go; `longest` is the square of a length."""
-    quadrics = np.zeros((tri.caps, 11))
-    _kernels_removal.fill_quadrics(tri, quadrics)
-    change = Change(np.zeros(MOST_REPLACED, np.int64), np.zeros((MOST_REPLACED, 3), np.int64), np.zeros(1, np.int64))
+    quadrics, change, order = quadrics_of(tri), no_change(), Order(longest, 0.0, np.inf, np.ones(tri.caps))
     removed, left = tri.caps, tri.caps
     while removed > FEW_REMOVED * left:
-        edges = np.full(len(tri.vertices), -1)
-        alive = np.flatnonzero(tri.corners >= 0)
-        edges[tri.corners[alive]] = alive
-        removed = _kernels_removal.remove_vertices(tri, spheres, quadrics, edges, change, longest)
+        removed = _kernels_removal.remove_vertices(tri, spheres, quadrics, starts(tri), change, order)
         _kernels_flips.flip_edges(tri, spheres, change, longest, False)  # noqa: FBT003
         left -= removed
     _kernels_flips.flip_edges(tri, spheres, change, longest, True)  # noqa: FBT003
+
+
+def quadrics_of(tri: Triangulation) -> Array:
+    """Return the quadrics (v, 11) of the vertices that are there."""
+    out = np.zeros((tri.caps, 11))
+    _kernels_removal.fill_quadrics(tri, out)
+    return out
+
+
+def no_change() -> Change:
+    """Return room for the triangles of a change."""
+    return Change(np.zeros(MOST_REPLACED, np.int64), np.zeros((MOST_REPLACED, 3), np.int64), np.zeros(1, np.int64))
+
+
+def starts(tri: Triangulation) -> Indices:
+    """Return a half-edge (v,) that starts at each vertex, or -1."""
+    out, alive = np.full(len(tri.vertices), -1), np.flatnonzero(tri.corners >= 0)
+    out[tri.corners[alive]] = alive
+    return out

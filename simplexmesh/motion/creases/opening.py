@@ -1,0 +1,111 @@
+"""Simplex meshes with edges along lines: the dual of triangles that are opened there, so that it has vertices on them.
+
+The dual of a triangulation has its vertices within triangles. Where each edge on a line is opened to two triangles
+between copies of its ends, one for each side, and each place where lines meet to a polygon, the vertices dual to these
+are on the lines: two an edge, and at a corner of three lines one, with an edge along each.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
+
+from simplexmesh._base.arrays import Array, Indices
+from simplexmesh.mesh.duality import dual
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.creases.cut import Cut
+from simplexmesh.motion.creases.paths import JOINED, Path
+
+ON_FIRST = 1 / 3
+"""Share of an edge at which its first vertex is if there is one at the corner where it starts; else it is there."""
+
+
+class Opened:
+    """Closed triangles opened along lines.
+
+    Parameters
+    ----------
+    cut : Cut
+        The triangles, and the half-edges on lines.
+    middles : (t, 3, 3) array of float
+        For these the place on the line in the middle between their ends.
+    """
+
+    def __init__(self, cut: Cut, middles: Array) -> None:
+        self.vertices, self.start, self.mates = cut.surface.vertices, cut.ends[:, 0], cut.mates
+        self.sharp, self.middles = cut.sharp.ravel(), middles.reshape(-1, 3)
+        turned = np.arange(cut.sharp.size).reshape(-1, 3)
+        self.after, self.before = np.roll(turned, -1, axis=1).ravel(), np.roll(turned, 1, axis=1).ravel()
+        self.degree = np.bincount(self.start[self.sharp], minlength=len(self.vertices))
+        smooth = np.flatnonzero(~self.sharp)
+        pairs = smooth, self.after[self.mates[smooth]]
+        graph = csr_array((np.ones(len(smooth), bool), pairs), shape=(len(self.start),) * 2)
+        self.copies = connected_components(graph, directed=False)[1]  # of its start, the one that a half-edge leaves
+        self.triangles, self.places = [self.copies.reshape(-1, 3)], [self.vertices[cut.surface.faces].mean(axis=1)]
+        self.paths: list[Path] = []
+        self.exits: dict[int, int] = {}  # the added triangle at its start, where lines meet, of a half-edge on one
+        for vertex in np.flatnonzero(self.degree > 2).tolist():
+            self._open_corner(vertex)
+        for chain in cut.chains:
+            self._open_chain(chain)
+
+    @property
+    def count(self) -> int:
+        """The number of triangles, and of vertices of the mesh."""
+        return sum(map(len, self.triangles))
+
+    def mesh(self) -> SimplexMesh:
+        """Return the dual."""
+        owner = np.zeros(self.copies.max() + 1, np.int64)
+        owner[self.copies] = self.start
+        out = dual((self.vertices[owner], np.concatenate(self.triangles)), outward=False)
+        return out.moved(np.concatenate(self.places))
+
+    def _added(self, triangles: Array, places: Array) -> Indices:
+        """Add triangles (k, 3) of copies, whose dual vertices are at places (k, 3); return their numbers."""
+        first = self.count
+        self.triangles.append(triangles)
+        self.places.append(places)
+        return np.arange(first, first + len(triangles))
+
+    def _next(self, half_edge: int) -> int:
+        """Return the next half-edge on a line, counter-clockwise around a vertex."""
+        out = self.mates[self.before[half_edge]]
+        while not self.sharp[out]:
+            out = self.mates[self.before[out]]
+        return int(out)
+
+    def _open_corner(self, vertex: int) -> None:
+        """Add a polygon between the copies of a vertex where lines meet, in triangles around its first copy."""
+        order = [int(np.flatnonzero(self.sharp & (self.start == vertex))[0])]
+        while (following := self._next(order[-1])) != order[0]:
+            order.append(following)
+        ring, k = self.copies[order], len(order)
+        triangles = np.stack([np.full(k - 2, ring[0]), ring[1:-1], ring[2:]], axis=1)
+        # vertices at one place would have no edges between them: each leans to the middle of its three lines
+        ways = self.middles[order] - self.vertices[vertex]
+        lean = JOINED * (ways[1:-1] + ways[2:] + ways[0]) / 3 if k > 3 else np.zeros((1, 3))
+        numbers = self._added(triangles, self.vertices[vertex] + lean)
+        self.exits |= dict(zip(order, [numbers[-1], numbers[0], *numbers], strict=False))
+        place = np.repeat(self.vertices[[vertex]], 2, axis=0)
+        self.paths += [Path(-1, numbers[i : i + 2], place, closed=False) for i in range(k - 3)]
+
+    def _open_chain(self, chain: Indices) -> None:
+        """Add two triangles for each edge of a line, one at an end where nothing else is sharp, and the line's path."""
+        back = self.mates[chain]
+        here, there = self.copies[chain], self.copies[self.after[chain]]
+        across, beyond = self.copies[self.after[back]], self.copies[back]
+        corner = self.degree[self.start[chain]] > 2
+        start, end, middle = self.vertices[self.start[chain]], self.vertices[self.start[back]], self.middles[chain]
+        one = np.where(corner[:, None], start + 2 * ON_FIRST * (middle - start), start)
+        two = np.where(corner[:, None], middle + ON_FIRST * (end - middle), middle)
+        triangles = np.stack([here, across, beyond, here, beyond, there], axis=1).reshape(-1, 3)
+        real = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
+        numbers = self._added(triangles[real], np.stack([one, two], axis=1).reshape(-1, 3)[real])
+        ends = [[self.exits[h]] if h in self.exits else [] for h in (int(chain[0]), int(back[-1]))]
+        vertices = np.concatenate([ends[0], numbers, ends[1]]).astype(np.int64)
+        closed = bool(self.degree[self.start[chain[0]]] == 2) or (len(vertices) > 1 and vertices[0] == vertices[-1])
+        vertices = vertices[: len(vertices) - int(vertices[0] == vertices[-1])] if len(vertices) > 1 else vertices
+        if len(vertices) > 1:
+            self.paths.append(Path(0, vertices, np.concatenate(self.places)[vertices], closed))

@@ -1,0 +1,128 @@
+"""Models of triangles with sharp edges, made from these triangles: coarsened along the edges, and opened there."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from simplexmesh._base.arrays import Array, Indices
+from simplexmesh.data.cutting.dividing import divided
+from simplexmesh.data.triangles import TriangleMesh
+from simplexmesh.mesh.check import tangled_vertices
+from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.creases.cut import Cut, cut_along
+from simplexmesh.motion.creases.evidence import evidence
+from simplexmesh.motion.creases.line import CreaseLine
+from simplexmesh.motion.creases.lines import resolution
+from simplexmesh.motion.creases.opening import Opened
+from simplexmesh.motion.creases.paths import on_paths
+from simplexmesh.motion.creases.sharpening import PERTURBATION, Sharpened
+from simplexmesh.motion.creases.unfolding import unfolded
+from simplexmesh.motion.model.state import mean_edge
+from simplexmesh.motion.targets.triangles import Triangles
+from simplexmesh.motion.topology.face_regions import dilated
+from simplexmesh.surface.features.coarsened import EVENNESS
+from simplexmesh.surface.features.feature_lines import feature_lines
+
+FINER = 1.5
+"""Longest edge of the triangles that are coarsened, in roots of the area of a vertex of the model."""
+
+ATTEMPTS, DEARER, AROUND = 6, 4.0, 1.5
+"""How often a model that folds is made again, with vertices that many times as dear within some edges of the folds."""
+
+MOST_OFF = 0.1
+"""Share by which the number of vertices may differ from the one asked for."""
+
+MOST_TANGLED = 0.01
+"""Share of vertices on folded faces of a model that is still better than one found without the triangles' edges."""
+
+
+def model_along(target: Triangles, points: Array, count: int) -> tuple[Sharpened, int] | None:
+    """Return a mesh of about `count` vertices along the sharp edges of a closed surface, and how many are tangled.
+
+    None without edges, if its `points` (n, 3) speak against them, if it is noisier than the mesh is to be near, if the edges
+    need more vertices, or many faces fold.
+    """
+    surface = TriangleMesh(target.vertices, target.faces, {}, target.unit)
+    network, edge = feature_lines(surface), float(np.sqrt(surface.area / count))
+    if 4 * network.noise > EVENNESS * edge:
+        return None
+    lines = [CreaseLine(line.points, line.closed, 0.0) for line in network.lines]
+    side = resolution(surface.area / len(points), 0.0)
+    if not lines or evidence(lines, divided(network.mesh, side), points, side).together() <= 0:
+        return None
+    found, tangled = _least_tangled(cut_along(network, FINER * edge), count, target)
+    fits = abs(found.mesh.n_vertices / count - 1) < MOST_OFF and tangled <= MOST_TANGLED * count
+    return (found, tangled) if fits else None
+
+
+def _least_tangled(cut: Cut, count: int, target: Triangles) -> tuple[Sharpened, int]:
+    """Return a model along the lines of a surface, and how many of its vertices are tangled.
+
+    It is made again with more vertices where they are, until none is or some attempts are done.
+    """
+    parts, weights, vertices = Parts(cut), np.ones(cut.surface.n_vertices), cut.surface.vertices
+    corners = int(np.maximum(np.bincount(cut.ends[cut.sharp.ravel(), 0]) - 2, 0).sum())  # with vertices of their own
+    best, fewest = None, count
+    for _ in range(ATTEMPTS):
+        coarse, middles = cut.coarsened(count - corners, weights)
+        opened = Opened(coarse, middles)
+        creased = on_paths(opened.paths, opened.count)
+        mesh = opened.mesh().with_data(crease=creased.astype(np.uint8))
+        rows = np.flatnonzero(~creased)
+        mesh = _unfolded(mesh, rows, parts, parts.of(coarse)[rows])
+        tangled = tangled_vertices(mesh)
+        if best is None or tangled.sum() < fewest:
+            print("tangled",tangled.sum(),mesh.n_vertices); best, fewest = Sharpened(mesh, target, opened.paths), int(tangled.sum())
+        if not fewest:
+            break
+        near = cKDTree(mesh.vertices[tangled]).query(vertices, distance_upper_bound=AROUND * mean_edge(mesh))[0]
+        weights[np.isfinite(near)] *= DEARER
+    assert best is not None
+    return best, fewest
+
+
+class Parts:
+    """The parts of a surface that is cut, each as one to be near to."""
+
+    def __init__(self, cut: Cut) -> None:
+        surface, self._of = cut.surface, cut.parts
+        self._whole = Triangles(surface)
+        masks = [self._of == k for k in range(self._of.max() + 1)]
+        self._surfaces = [Triangles(TriangleMesh(surface.vertices, surface.faces[mask])) for mask in masks]
+
+    def of(self, coarse: Cut) -> Indices:
+        """Return the part (t,) that triangles of a coarser surface are of: that of most of the same part of it."""
+        nearest = self._of[self._whole.closest(coarse.surface.vertices[coarse.surface.faces].mean(axis=1))[2]]
+        votes = np.zeros((coarse.parts.max() + 1, len(self._surfaces)), np.int64)
+        np.add.at(votes, (coarse.parts, nearest), 1)
+        return np.asarray(votes.argmax(axis=1)[coarse.parts])
+
+    def nearest(self, points: Array, part: Indices) -> Array:
+        """Return the places (n, 3) on parts (n,) nearest to points (n, 3)."""
+        out = points.copy()
+        for k in np.unique(part).tolist():
+            out[part == k] = self._surfaces[k].closest(points[part == k])[1]
+        return out
+
+
+def _unfolded(mesh: SimplexMesh, rows: Indices, parts: Parts, part: Indices) -> SimplexMesh:
+    """Return a mesh with some vertices (k,) on the parts (k,) that they are of, moved on these so that faces unfold."""
+
+    def laid(mesh: SimplexMesh) -> SimplexMesh:
+        vertices = mesh.vertices + PERTURBATION * mean_edge(mesh) * np.random.default_rng(0).normal(
+            size=(mesh.n_vertices, 3)
+        )
+        vertices[rows] = parts.nearest(vertices[rows], part)
+        return mesh.moved(vertices)
+
+    mesh, free = laid(mesh), np.isin(np.arange(mesh.n_vertices), rows)
+    tangled = tangled_vertices(mesh)
+    for rings in (1, 2, 3):
+        if not tangled.any():
+            break
+        other = laid(unfolded(mesh, dilated(tangled, mesh.neighbors, rings) & free))
+        still = tangled_vertices(other)
+        if still.sum() < tangled.sum():
+            mesh, tangled = other, still
+    return mesh
