@@ -24,17 +24,23 @@ from tests.cloud.pipes.lines import meeting, random_chain
 CORNERS = np.array([[0, 0, 0], [10, 0, 1], [10, 8, 2], [18, 8, 3.0]])
 PLAIN = chain_of(CORNERS, [3.0, 2.0], 1.0)
 REDUCED = Chain(CORNERS, np.array([3.0, 2.0]), np.array([1.0, 0.6]), np.array([[1, 4.0, 5.0]]))
+ACROSS = np.cross(CORNERS[2] - CORNERS[1], [1.0, 0, 0])
+ECCENTRIC = replace(REDUCED, offsets=0.4 * ACROSS[None] / np.linalg.norm(ACROSS)).moved(np.zeros(18))
 LOOP = np.array([[3, 0, 0], [10, 0, 0], [10, 0, 12], [-1, 12, 0], [-1, 0, 0], [3, 0, 0.0]])
 CLOSED = chain_of(LOOP, [3.0, 2.0, 2.5, 1.5], 1.0)
-kinds = {"plain": PLAIN, "reduced": REDUCED, "closed": CLOSED}
+kinds = {"plain": PLAIN, "reduced": REDUCED, "eccentric": ECCENTRIC, "closed": CLOSED}
 every = pytest.mark.parametrize("chain", kinds.values(), ids=kinds)
 both = pytest.mark.parametrize("chain", [PLAIN, REDUCED], ids=["plain", "reduced"])
 
 
 def around(chain, count=1000, seed=0):
-    """Points about the axis, nearer to it than the bends' centers."""
+    """Points about the axis, nearer to it than the bends' centers; on the surface where only that has exact gradients."""
     rng = np.random.default_rng(seed)
-    return chain.at(rng.uniform(-1, chain.stations[-1] + 1, count))[0] + rng.normal(0, 0.4, (count, 3))
+    points = chain.at(rng.uniform(-1, chain.stations[-1] + 1, count))[0] + rng.normal(0, 0.4, (count, 3))
+    for _ in range(8 * bool(chain.offsets.any())):
+        distance, normal = chain.measured(points)
+        points = points - distance[:, None] * normal
+    return points
 
 
 def test_feet_are_the_nearest_of_dense_samples():
@@ -139,6 +145,7 @@ def test_motions_and_scales_move_along(chain):
     turn, shift, scale = Rotation.random(random_state=1).as_matrix(), np.array([3.0, -2.0, 5.0]), 7.0
     changes = chain.changes * [1, scale, scale]
     moved = Chain(scale * chain.corners @ turn.T + shift, scale * chain.bend_radii, scale * chain.radii, changes)
+    moved = replace(moved, offsets=scale * chain.offsets @ turn.T)
     points = around(chain)
     assert_allclose(moved.distance(scale * points @ turn.T + shift), scale * chain.distance(points), atol=1e-10)
 
