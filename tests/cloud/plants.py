@@ -27,5 +27,5 @@ def plant(at=(0.0, 0.0, 0.0)):
     one, start = line(at), np.array([2.0, 0, 0]) + at
     end = start + np.array([0, 0.5, 0])
     fit = Fit(0.0, 0.0, np.zeros((5, 5)), np.array([[-np.pi, np.pi], [0.0, 0.5]]), 0)
-    tee = PipeElement("tee", start, end, 0.2, 0.1, None, None, 0.5, Cylinder(start, end - start, 0.1, fit), None)
+    tee = PipeElement("tee", start, end, 0.2, 0.1, 0.5, Cylinder(start, end - start, 0.1, fit), None)
     return Plant((one,), (tee,), FEW, "m")

@@ -9,11 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base._kernels_njit import LEAN, njit
 from simplexmesh._base.arrays import Array
 from simplexmesh.numerics._kernels_vectors import dot, minus, norm, plus, row
 
 jit = njit(cache=True, error_model="numpy")
+lean = njit(**LEAN)
 
 WIDTH = 14
 """Parameters that a distance depends on, at most, without offsets: three corners, a bend radius, two radii, the ends of
@@ -37,7 +38,7 @@ class Axis(NamedTuple):
     offsets: Array
 
 
-@jit
+@lean
 def beside(axis, place, j, height):
     """Return a place less the offset of the axis of straight j from its first corner to a height."""
     for k in range(len(axis.changes)):
@@ -47,7 +48,7 @@ def beside(axis, place, j, height):
     return place
 
 
-@jit
+@lean
 def nearest(axis, place):
     """Return the piece on whose axis a place has its foot, and the height or the angle there; straight on at the ends.
 
@@ -74,7 +75,7 @@ def nearest(axis, place):
     return piece, along
 
 
-@jit
+@lean
 def foot_of(axis, piece, along):
     """Return the place on the axis at a height on a straight, or at an angle in a bend."""
     j = piece // 2
@@ -84,7 +85,7 @@ def foot_of(axis, piece, along):
     return plus(out, row(axis.directions, j), axis.bend_radii[j] * math.sin(along))
 
 
-@jit
+@lean
 def blend(axis, piece, along):
     """Return the change of radius behind which, or in which, a foot is, and how far it is through that, 0 to 1."""
     change, share = -1, 1.0
@@ -97,7 +98,7 @@ def blend(axis, piece, along):
     return change, share
 
 
-@jit
+@lean
 def surface_at(axis, place):
     """Return piece, height or angle, change and share, radius, slope, distance, and the outward direction of a place.
 
@@ -133,7 +134,7 @@ def fill_feet(axis, points, pieces, alongs, stations, radii, distances, normals)
             normals[k, a] = flat * (out[a] - slope * axis.directions[j, a])
 
 
-@jit
+@lean
 def fill_row(axis, place, columns, values):
     """Fill the parameters on which the distance of a place depends, and its derivatives; return count and distance.
 
@@ -146,7 +147,7 @@ def fill_row(axis, place, columns, values):
     sizes = bends + len(axis.bend_radii)
     ends = sizes + len(axis.radii)
     if piece % 2 == 0:
-        far = minus(place, foot_of(axis, piece, along))
+        far = plus(minus(place, row(axis.corners, j)), row(axis.directions, j), -along)
         count = fill_straight(axis, j, along, slope, far, out, columns, values)
     else:
         count = fill_bend(axis, j, along, out, columns, values)
@@ -166,7 +167,7 @@ def fill_row(axis, place, columns, values):
     return fill_offsets(axis, piece, along, out, flat, ends + 2 * len(axis.changes), count, columns, values), distance
 
 
-@jit
+@lean
 def fill_straight(axis, j, along, slope, away, out, columns, values):
     """Fill the derivatives by the two corners of a straight; where the radius changes heights count too."""
     flat = 1.0 / math.sqrt(1.0 + slope * slope)
@@ -178,7 +179,7 @@ def fill_straight(axis, j, along, slope, away, out, columns, values):
     return 6
 
 
-@jit
+@lean
 def fill_offsets(axis, piece, along, out, flat, first, count, columns, values):
     """Add the derivatives by the offsets on the segments of a piece, which turn those and move what is behind them."""
     for k in range(len(axis.changes)):
@@ -197,7 +198,7 @@ def fill_offsets(axis, piece, along, out, flat, first, count, columns, values):
     return count
 
 
-@jit
+@lean
 def fill_bend(axis, i, turn, away, columns, values):
     """Fill the derivatives by the three corners and the radius of a bend.
 

@@ -264,8 +264,9 @@ class Chain:
         if (ends[:, 1] <= ends[:, 0]).any():
             raise ValueError("changes of the radius must be of some length")
         changes = np.column_stack([self.changes[:, 0], ends])
-        along = Chain(corners, bends, radii, changes, offsets).directions[self.changes[:, 0].astype(int)]
-        offsets -= dot(offsets, along)[:, None] * along
+        if self.eccentric.any():
+            along = Chain(corners, bends, radii, changes, offsets).directions[self.changes[:, 0].astype(int)]
+            offsets -= dot(offsets, along)[:, None] * along
         return Chain(corners, bends, np.maximum(radii, 0.5 * self.radii), changes, offsets)
 
     @property

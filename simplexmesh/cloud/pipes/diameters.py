@@ -21,8 +21,9 @@ PEAKED = 0.04
 COAXIAL = 0.15
 """Offset in radii of axes that are taken for one."""
 
-FARTHEST = 8.0
-"""Height in radii at which a pipe on a parallel axis begins, at most: behind a reducer, seen from the narrow side."""
+NEAREST, FARTHEST = 0.5, 8.0
+"""Heights in radii between which a pipe on a parallel axis begins: behind a reducer, which may be seen from the narrow
+side."""
 
 LEVEL, FLAT = 0.1, 0.3
 """Of normals of a pipe, the part along the axis at most; sine of the angle between two that show where it is, at least."""
@@ -81,7 +82,8 @@ def next_beside(around: Surroundings, place: Array, direction: Array) -> tuple[f
         return None
     counts, edges = np.histogram(height[on[best]], bins=np.arange(0, FARTHEST * r, radii[best] / 4))
     start = edges[int((counts > counts.max() / 2).argmax())]
-    return float(radii[best]), place + centers[best] @ frame[:2] + start * direction
+    axis = place + centers[best] @ frame[:2]
+    return (float(radii[best]), axis + start * direction) if start > NEAREST * r else None
 
 
 def _circles(flat: Array, normals: Array, tolerance: float) -> tuple[Array, Array]:

@@ -20,7 +20,7 @@ from simplexmesh.cloud.pipes.diameters import is_joint, joined, next_beside, nex
 from simplexmesh.cloud.pipes.elements import elements_of
 from simplexmesh.cloud.pipes.ends import reversed_chain, with_ends, with_stops, without_last_bend
 from simplexmesh.cloud.pipes.line import PipeLine
-from simplexmesh.cloud.pipes.refining import covariance_of, held, near_surface, refined, simplified
+from simplexmesh.cloud.pipes.refining import covariance_of, held, near_surface, off_axis, refined, simplified
 from simplexmesh.cloud.pipes.tolerances import BAND, NEAR
 from simplexmesh.cloud.pipes.tracing.segmenting import segmented
 from simplexmesh.cloud.pipes.tracing.start import Beginning, beginning
@@ -110,6 +110,8 @@ def followed(found: Beginning) -> tuple[Chain, Array, float, tuple[str, str]]:
             chain, stops = reversed_chain(chain), stops[::-1]
     near = beside(around, chain, gap)
     chain, deviation = refined(near, chain)
+    eccentric = off_axis(near, chain, deviation)
+    chain, deviation = (chain, deviation) if eccentric is chain else refined(near, eccentric)
     if chain.closed:
         ended = chain.begun(chain.reaches[-1] / norm(chain.corners[1] - chain.corners[-2]))
     else:
