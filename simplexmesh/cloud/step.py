@@ -180,7 +180,7 @@ def _between_circles(cone: ObliqueCone, origin: Array, heights: Iterable[float])
     from OCP.BRepOffsetAPI import BRepOffsetAPI_ThruSections
     from OCP.gp import gp_Circ
 
-    made = BRepOffsetAPI_ThruSections(True, True)
+    made = BRepOffsetAPI_ThruSections(isSolid=True, ruled=True)
     for height in heights:
         at = _frame(cone, origin - height * cone.lean, along=height).Ax2()
         edge = BRepBuilderAPI_MakeEdge(gp_Circ(at, height * np.tan(cone.half_angle))).Edge()

@@ -141,7 +141,7 @@ def fill_row(axis, place, columns, values):
     Columns are those of all coordinates of corners, then of bend radii, radii, low and high ends of changes, and of all
     coordinates of offsets.
     """
-    piece, along, change, share, radius, slope, distance, out = surface_at(axis, place)
+    piece, along, change, share, _, slope, distance, out = surface_at(axis, place)
     j, flat = piece // 2, 1.0 / math.sqrt(1.0 + slope * slope)
     bends = 3 * len(axis.corners)
     sizes = bends + len(axis.bend_radii)

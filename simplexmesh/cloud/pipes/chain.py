@@ -23,6 +23,7 @@ MOST_ANGLE = np.radians(170)
 SHORTEST = 1e-6
 """Length of a straight, in radii, that is none."""
 
+
 class Feet(NamedTuple):
     """Where points are nearest to the axis of a chain, which goes on straight at its ends.
 
@@ -51,9 +52,9 @@ class Chain:
     """Cylinders along the segments of a polyline, and in each corner the torus tangent to two of them.
 
     Tangency is exact by construction: a bend has its center on the bisector of its corner, at the distance at which its
-    circle touches both segments. Radii change along straights, linearly between two heights, where the axis may be moved
-    across as well: sections are circles at right angles to it, and it is parallel on both sides. A chain of one radius is
-    closed if it ends where it begins: on the segment between its last corner and its first one.
+    circle touches both segments. Radii change along straights, linearly between two heights, where the
+    axis may be moved across as well: it is parallel on both sides, and sections are circles at right angles to it. A
+    chain of one radius is closed if it ends where it begins: on the segment between its last corner and its first one.
 
     Attributes
     ----------
@@ -204,7 +205,7 @@ class Chain:
     @cached_property
     def eccentric(self) -> Mask:
         """(k - 1,) whether the axis is moved across where the radius changes."""
-        return self.offsets.any(axis=1)
+        return np.any(self.offsets != 0, axis=1)
 
     @property
     def sizes(self) -> slice:
@@ -223,7 +224,8 @@ class Chain:
         out[rows : rows + plain, inner.stop + ends : inner.stop + ends + plain] = np.eye(plain)
         for i, k in enumerate(np.flatnonzero(self.eccentric)):
             row, column = rows + plain + 3 * k, inner.stop + ends + plain + 2 * i
-            out[row : row + 3, column : column + 2] = np.stack(tangents(self.directions[int(self.changes[k, 0])]), axis=1)
+            across = tangents(self.directions[int(self.changes[k, 0])])
+            out[row : row + 3, column : column + 2] = np.stack(across, axis=1)
         if self.closed:
             share = norm(self.corners[0] - self.corners[-2]) / norm(self.corners[1] - self.corners[-2])
             out[:3] = out[rows - 3 : rows] = share * out[3:6] + (1 - share) * out[rows - 6 : rows - 3]

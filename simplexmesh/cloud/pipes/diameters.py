@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from simplexmesh._base.arrays import Array, Mask
 from simplexmesh._base.vectors import cross, dot, norm, tangents
@@ -26,7 +27,7 @@ NEAREST, FARTHEST = 0.5, 8.0
 side."""
 
 LEVEL, FLAT = 0.1, 0.3
-"""Of normals of a pipe, the part along the axis at most; sine of the angle between two that show where it is, at least."""
+"""Part of a pipe's normals along its axis, at most; sine of the angle between two that show where that is, at least."""
 
 DRAWS = 400
 """Pairs of points through which circles are drawn."""
@@ -60,7 +61,7 @@ def next_radius(around: Surroundings, place: Array, direction: Array) -> tuple[f
 
 
 def next_beside(around: Surroundings, place: Array, direction: Array) -> tuple[float, Array] | None:
-    """Return the radius of the pipe behind an eccentric reducer at an end, and where its axis begins; None if there is none.
+    """Return the radius of the pipe behind an eccentric reducer at an end, and where its axis begins, if there is one.
 
     Pipes along the direction are seen as circles, which are drawn through pairs of points at right angles to normals.
     """
@@ -99,10 +100,9 @@ def _circles(flat: Array, normals: Array, tolerance: float) -> tuple[Array, Arra
     return centers[fine], (one + other)[fine] / 2
 
 
-def _may_join(radius: float, other: Array, offset: Array) -> Mask:
+def _may_join(radius: float, other: ArrayLike, offset: ArrayLike) -> Mask:
     """Return whether of two circles one is within the other, as a reducer joins them."""
-    inside: Mask = offset < np.abs(other - radius) + PEAKED * np.maximum(radius, other)
-    return inside
+    return np.less(offset, np.abs(np.subtract(other, radius)) + PEAKED * np.maximum(radius, other))
 
 
 def is_joint(around: Surroundings, chain: Chain, k: int) -> bool:

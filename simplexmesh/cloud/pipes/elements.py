@@ -157,7 +157,7 @@ def _element(kind: str, measures: Measures, spread: Array, residual: Array) -> P
     variance = np.maximum(np.diagonal(spread), 0.0)
     ends = (float(np.sqrt(variance[part].sum())) for part in (slice(0, 3), slice(3, 6)))
     sure = dict(zip(_names(kind), np.sqrt(variance[6 : cuts[2]]).tolist(), strict=False))
-    told = dict(zip(_names(kind), sizes.tolist(), strict=False))
+    told = {"bend_radius": None, "bend_angle": None} | dict(zip(_names(kind), sizes.tolist(), strict=False))
     places = checks.frozen(measures.start), checks.frozen(measures.end)
     return PipeElement(kind, *places, primitive=primitive.with_fit(fit), deviations=Deviations(*ends, **sure), **told)
 

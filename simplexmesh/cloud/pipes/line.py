@@ -76,12 +76,13 @@ class PipeElement:
         Of the axis of a bend, the angle in radians.
     length : float
         Along the axis.
-    offset : float
-        Of an eccentric reducer: between the parallel axes on its sides. It is 0 of all other elements.
     primitive : Primitive
-        The cylinder, torus, cone, or of an eccentric reducer oblique cone, with the extent of the element and the covariance of its parameters.
+        The cylinder, torus or cone, of an eccentric reducer oblique cone, with the extent of the element and the
+        covariance of its parameters.
     deviations : Deviations or None
         Standard deviations of these measures; None of a tee, which follows from run and branch.
+    offset : float
+        Of an eccentric reducer: between the parallel axes on its two sides. It is 0 of all other elements.
 
     Examples
     --------
@@ -97,11 +98,11 @@ class PipeElement:
     end: Array
     radius: float
     end_radius: float
+    bend_radius: float | None
+    bend_angle: float | None
     length: float
     primitive: Primitive
     deviations: Deviations | None
-    bend_radius: float | None = None
-    bend_angle: float | None = None
     offset: float = 0.0
 
     def __repr__(self) -> str:

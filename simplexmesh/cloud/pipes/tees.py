@@ -101,4 +101,4 @@ def _tee(branch: Chain, radius: float, place: Array) -> PipeElement:
     fit = Fit(np.nan, np.nan, np.full((5, 5), np.nan), checks.frozen([[-np.pi, np.pi], [0.0, length]]), 0)
     cylinder = Cylinder(place, end - place, own).with_fit(fit)
     ends = checks.frozen(place), checks.frozen(end)
-    return PipeElement("tee", *ends, radius, own, length, cylinder, None)
+    return PipeElement("tee", *ends, radius, own, None, None, length, cylinder, None)

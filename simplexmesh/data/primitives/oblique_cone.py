@@ -53,7 +53,7 @@ class ObliqueCone(Cone):
         return replace(self, point=origin, axis=axis, half_angle=shape[0], fit=None)
 
     @property
-    def _surface(self) -> Any:  # type: ignore[override]
+    def _surface(self) -> Any:
         raise TypeError("an oblique cone has no derivatives of its own: it is fitted with its line of pipe")
 
     def as_dict(self) -> dict[str, Any]:
