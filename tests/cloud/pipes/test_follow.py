@@ -201,7 +201,7 @@ class TestDiameters:
 
     @staticmethod
     def eccentric(seed, offset, *, gap=False):
-        """A pipe along x of radius 1, and behind a reducer from 14 to 16 one of 0.7, moved up; seen over 200 degrees."""
+        """A pipe along x of radius 1, and behind a reducer from 14 to 16 one of 0.7, moved up; 200 degrees are seen."""
         rng = np.random.default_rng(seed)
         x, share = rng.uniform(0, 30, 6000), 0.0
         turn = rng.uniform(0, 2 * np.pi) + np.radians(rng.uniform(-100, 100, len(x)))
