@@ -16,6 +16,7 @@ from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import warn
 from simplexmesh._base.units import NANOMETERS
 from simplexmesh.data.primitives import Cone, Cylinder, Plane, Primitive, Sphere, Torus
+from simplexmesh.data.primitives.oblique_cone import ObliqueCone
 
 Groups = Mapping[str, Sequence[tuple[str, Primitive]]]
 """Primitives with their names, in named groups."""
@@ -165,7 +166,23 @@ def _solid(primitive: Primitive, origin: Array) -> Any:
             made = BRepPrimAPI.BRepPrimAPI_MakeTorus(at, primitive.radius, primitive.tube_radius, turn[1] - turn[0])
         case Cylinder():
             made = BRepPrimAPI.BRepPrimAPI_MakeCylinder(at, primitive.radius, high - low)
+        case ObliqueCone():
+            made = _between_circles(primitive, origin, (low, high))
         case Cone():
             slope = np.tan(primitive.half_angle)
             made = BRepPrimAPI.BRepPrimAPI_MakeCone(at, slope * low, slope * high, high - low)
-    return made.Solid()
+    return made.Shape()
+
+
+def _between_circles(cone: ObliqueCone, origin: Array, heights: Iterable[float]) -> Any:
+    """Return the maker of the solid with straight lines between two circles of an oblique cone."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeWire
+    from OCP.BRepOffsetAPI import BRepOffsetAPI_ThruSections
+    from OCP.gp import gp_Circ
+
+    made = BRepOffsetAPI_ThruSections(isSolid=True, ruled=True)
+    for height in heights:
+        at = _frame(cone, origin - height * cone.lean, along=height).Ax2()
+        edge = BRepBuilderAPI_MakeEdge(gp_Circ(at, height * np.tan(cone.half_angle))).Edge()
+        made.AddWire(BRepBuilderAPI_MakeWire(edge).Wire())
+    return made

@@ -20,6 +20,7 @@ COLORS = {
     "sphere": "#e3a857",
     "cylinder": "#5b9bbf",
     "cone": "#b07fb8",
+    "oblique cone": "#b07fb8",
     "torus": "#d9705a",
     "line": INK,
     "circle": INK,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from simplexmesh.cloud.pipes.chain import Chain
@@ -14,10 +16,11 @@ FEW = np.full(4, -1)
 """Labels of points that are of nothing."""
 
 
-def line(at=(0.0, 0.0, 0.0), unit="m"):
+def line(at=(0.0, 0.0, 0.0), unit="m", offset=0.0):
     """A line of a straight, a bend, a straight with a reducer in it, a bend and a straight."""
     corners = np.array([[0, 0, 0], [4, 0, 0], [4, 3, 0], [4, 4, 5.0]]) + at
     chain = Chain(corners, np.array([0.5, 0.9]), np.array([0.2, 0.15]), np.array([[1.0, 1.0, 1.5]]))
+    chain = replace(chain, offsets=np.array([[0.0, 0, offset]])).moved(np.zeros(chain.n_parameters + 2 * (offset > 0)))
     elements, _ = elements_of(chain, np.zeros((0, 3)), np.eye(chain.n_parameters), np.zeros(3))
     return PipeLine(elements, FEW, 0.0, ("end", "end"), chain, unit)
 

@@ -101,6 +101,14 @@ class TestRead:
         vertices = [BRepBuilderAPI_MakeVertex(gp_Pnt(*point)).Vertex() for point in points]
         return max(BRepExtrema_DistShapeShape(shape, vertex).Value() for vertex in vertices)
 
+    def test_eccentric_reducers_are_solids_between_two_circles(self, tmp_path):
+        found = line(offset=0.05)
+        found.save(tmp_path / "out.step")
+        solid, reducer = self.read(tmp_path / "out.step", "SOLID")[3], found.elements[3]
+        volume = np.pi * reducer.length * (0.04 + 0.03 + 0.0225) / 3
+        assert self.amount(solid, "Volume") * 1e-9 == pytest.approx(volume, rel=1e-6)
+        assert self.distance(solid, 1000 * reducer.primitive.sampled(20, rng=1).points) < 1e-4
+
     @pytest.mark.parametrize("at", [(0, 0, 0), AWAY], ids=["near", "far"])
     def test_pipes_are_closed_solids_of_exact_size_and_place(self, tmp_path, at):
         found = plant(at)

@@ -9,14 +9,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base._kernels_njit import LEAN, njit
 from simplexmesh._base.arrays import Array
 from simplexmesh.numerics._kernels_vectors import dot, minus, norm, plus, row
 
 jit = njit(cache=True, error_model="numpy")
+lean = njit(**LEAN)
 
 WIDTH = 14
-"""Parameters that a distance depends on, at most: three corners, a bend radius, two radii, the ends of a change."""
+"""Parameters that a distance depends on, at most, without offsets: three corners, a bend radius, two radii, the ends of
+a change."""
 
 
 class Axis(NamedTuple):
@@ -33,9 +35,20 @@ class Axis(NamedTuple):
     bend_radii: Array
     radii: Array
     changes: Array
+    offsets: Array
 
 
-@jit
+@lean
+def beside(axis, place, j, height):
+    """Return a place less the offset of the axis of straight j from its first corner to a height."""
+    for k in range(len(axis.changes)):
+        if axis.changes[k, 0] == j:
+            share = (height - axis.changes[k, 1]) / (axis.changes[k, 2] - axis.changes[k, 1])
+            place = plus(place, row(axis.offsets, k), -min(max(share, 0.0), 1.0))
+    return place
+
+
+@lean
 def nearest(axis, place):
     """Return the piece on whose axis a place has its foot, and the height or the angle there; straight on at the ends.
 
@@ -45,6 +58,7 @@ def nearest(axis, place):
     for j in range(last + 1):
         away = minus(place, row(axis.corners, j))
         height = dot(away, row(axis.directions, j))
+        away = beside(axis, away, j, height)
         on = min(max(height, axis.limits[j, 0]), axis.limits[j, 1])
         square = dot(away, away) - height * height + (height - on) ** 2
         if square < least:
@@ -61,7 +75,7 @@ def nearest(axis, place):
     return piece, along
 
 
-@jit
+@lean
 def foot_of(axis, piece, along):
     """Return the place on the axis at a height on a straight, or at an angle in a bend."""
     j = piece // 2
@@ -71,7 +85,7 @@ def foot_of(axis, piece, along):
     return plus(out, row(axis.directions, j), axis.bend_radii[j] * math.sin(along))
 
 
-@jit
+@lean
 def blend(axis, piece, along):
     """Return the change of radius behind which, or in which, a foot is, and how far it is through that, 0 to 1."""
     change, share = -1, 1.0
@@ -84,23 +98,26 @@ def blend(axis, piece, along):
     return change, share
 
 
-@jit
+@lean
 def surface_at(axis, place):
     """Return piece, height or angle, change and share, radius, slope, distance, and the outward direction of a place.
 
-    The direction is that across the axis.
+    The direction is that across the axis, and the slope that of the surface there, which differs around an axis with an
+    offset: to first order in the distance from it.
     """
     piece, along = nearest(axis, place)
     change, share = blend(axis, piece, along)
     radius, slope = axis.radii[change + 1], 0.0
-    if share < 1.0:
-        step = axis.radii[change + 1] - axis.radii[change]
-        radius = axis.radii[change] + share * step
-        slope = step / (axis.changes[change, 2] - axis.changes[change, 1])
     away = minus(place, foot_of(axis, piece, along))
+    if piece % 2 == 0:
+        away = beside(axis, away, piece // 2, along)
     far = norm(away)
     some = max(far, 1e-300)
     out = away[0] / some, away[1] / some, away[2] / some
+    if share < 1.0:
+        step = axis.radii[change + 1] - axis.radii[change]
+        radius = axis.radii[change] + share * step
+        slope = (step + dot(out, row(axis.offsets, change))) / (axis.changes[change, 2] - axis.changes[change, 1])
     return piece, along, change, share, radius, slope, (far - radius) / math.sqrt(1.0 + slope * slope), out
 
 
@@ -117,19 +134,21 @@ def fill_feet(axis, points, pieces, alongs, stations, radii, distances, normals)
             normals[k, a] = flat * (out[a] - slope * axis.directions[j, a])
 
 
-@jit
+@lean
 def fill_row(axis, place, columns, values):
     """Fill the parameters on which the distance of a place depends, and its derivatives; return count and distance.
 
-    Columns are those of all coordinates of corners, then of bend radii, radii, and low and high ends of changes.
+    Columns are those of all coordinates of corners, then of bend radii, radii, low and high ends of changes, and of all
+    coordinates of offsets.
     """
-    piece, along, change, share, radius, slope, distance, out = surface_at(axis, place)
+    piece, along, change, share, _, slope, distance, out = surface_at(axis, place)
     j, flat = piece // 2, 1.0 / math.sqrt(1.0 + slope * slope)
     bends = 3 * len(axis.corners)
     sizes = bends + len(axis.bend_radii)
     ends = sizes + len(axis.radii)
     if piece % 2 == 0:
-        count = fill_straight(axis, j, along, slope, radius + distance / flat, out, columns, values)
+        far = plus(minus(place, row(axis.corners, j)), row(axis.directions, j), -along)
+        count = fill_straight(axis, j, along, slope, far, out, columns, values)
     else:
         count = fill_bend(axis, j, along, out, columns, values)
         columns[count] = bends + j
@@ -141,24 +160,45 @@ def fill_row(axis, place, columns, values):
         columns[count + 1], values[count + 1] = sizes + change + 1, -steeper - share * flat
         columns[count + 2], values[count + 2] = ends + 2 * change, slope * ((1 - share) * flat - steeper)
         columns[count + 3], values[count + 3] = ends + 2 * change + 1, slope * (share * flat + steeper)
-        return count + 4, distance
-    columns[count], values[count] = sizes + change + 1, -1.0
-    return count + 1, distance
+        count += 4
+    else:
+        columns[count], values[count] = sizes + change + 1, -1.0
+        count += 1
+    return fill_offsets(axis, piece, along, out, flat, ends + 2 * len(axis.changes), count, columns, values), distance
 
 
-@jit
+@lean
 def fill_straight(axis, j, along, slope, away, out, columns, values):
     """Fill the derivatives by the two corners of a straight; where the radius changes heights count too."""
     flat = 1.0 / math.sqrt(1.0 + slope * slope)
-    share = (along + slope * away) / axis.spans[j]
     for a in range(3):
         columns[a], columns[3 + a] = 3 * j + a, 3 * j + 3 + a
-        values[a] = flat * (slope * axis.directions[j, a] - (1.0 - share) * out[a])
-        values[3 + a] = -flat * share * out[a]
+        turned = -flat * (along * out[a] + slope * away[a]) / axis.spans[j]
+        values[a] = flat * (slope * axis.directions[j, a] - out[a]) - turned
+        values[3 + a] = turned
     return 6
 
 
-@jit
+@lean
+def fill_offsets(axis, piece, along, out, flat, first, count, columns, values):
+    """Add the derivatives by the offsets on the segments of a piece, which turn those and move what is behind them."""
+    for k in range(len(axis.changes)):
+        segment = axis.changes[k, 0]
+        if segment < piece // 2 or segment > (piece + 1) // 2:
+            continue
+        share = (along - axis.changes[k, 1]) / (axis.changes[k, 2] - axis.changes[k, 1])
+        share = min(max(share, 0.0), 1.0)
+        for a in range(3):
+            columns[count] = first + 3 * k + a
+            if piece % 2 == 0:
+                values[count] = -values[3 + a] - share * flat * out[a]
+            else:
+                values[count] = values[a] if segment == piece // 2 else -values[6 + a]
+            count += 1
+    return count
+
+
+@lean
 def fill_bend(axis, i, turn, away, columns, values):
     """Fill the derivatives by the three corners and the radius of a bend.
 
@@ -187,7 +227,8 @@ def normal_equations(axis, points, weights, loss_scale, matrix, downhill):
 
     No weights are all 1; an infinite scale is no loss.
     """
-    columns, values = np.zeros(WIDTH, np.int64), np.zeros(WIDTH)
+    width = WIDTH + axis.offsets.size
+    columns, values = np.zeros(width, np.int64), np.zeros(width)
     cost = 0.0
     for k in range(len(points)):
         count, distance = fill_row(axis, row(points, k), columns, values)

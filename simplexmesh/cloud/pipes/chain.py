@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
-from simplexmesh._base.arrays import Array, Indices
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import cross, dot, norm, normalized, tangents
 from simplexmesh.cloud.pipes import _kernels_chain
 
@@ -52,8 +52,9 @@ class Chain:
     """Cylinders along the segments of a polyline, and in each corner the torus tangent to two of them.
 
     Tangency is exact by construction: a bend has its center on the bisector of its corner, at the distance at which its
-    circle touches both segments. Radii change along straights, linearly between two heights. A chain of one radius is
-    closed if it ends where it begins: on the segment between its last corner and its first one.
+    circle touches both segments. Radii change along straights, linearly between two heights, where the
+    axis may be moved across as well: it is parallel on both sides, and sections are circles at right angles to it. A
+    chain of one radius is closed if it ends where it begins: on the segment between its last corner and its first one.
 
     Attributes
     ----------
@@ -65,26 +66,38 @@ class Chain:
         Of the pipe, in order.
     changes : (k - 1, 3) array of float
         Where the radius changes: the segment, and the heights from its first corner between which it does.
+    offsets : (k - 1, 3) array of float, optional
+        By which the axis is moved across there; where that is 0, by default everywhere, it stays so in fits.
     """
 
     corners: Array
     bend_radii: Array
     radii: Array
     changes: Array
+    offsets: Array = field(default_factory=lambda: np.zeros((0, 3)))
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            object.__setattr__(self, field.name, checks.frozen(getattr(self, field.name)))
+        if len(self.offsets) != len(self.changes):
+            object.__setattr__(self, "offsets", np.zeros((len(self.changes), 3)))
+        for each in fields(self):
+            object.__setattr__(self, each.name, checks.frozen(getattr(self, each.name)))
+
+    @cached_property
+    def _segments(self) -> Array:
+        """(m - 1, 3) from corner to corner, less the offsets between them."""
+        out = np.diff(self.corners, axis=0)
+        np.subtract.at(out, self.changes[:, 0].astype(int), self.offsets)
+        return out
 
     @cached_property
     def directions(self) -> Array:
         """(m - 1, 3) unit directions of the segments."""
-        return normalized(np.diff(self.corners, axis=0))
+        return normalized(self._segments)
 
     @cached_property
     def lengths(self) -> Array:
         """(m - 1,) lengths of the segments."""
-        return norm(np.diff(self.corners, axis=0))
+        return norm(self._segments)
 
     @cached_property
     def closed(self) -> bool:
@@ -146,7 +159,11 @@ class Chain:
         after = lengths - self.stations[piece]
         j = piece // 2
         along = self.directions[j]
-        points = self.corners[j] + (self.limits[j, 0] + after)[:, None] * along
+        height = self.limits[j, 0] + after
+        points = self.corners[j] + height[:, None] * along
+        for (segment, low, high), offset in zip(self.changes, self.offsets, strict=True):
+            share = np.clip((height - low) / (high - low), 0, 1) * (j == segment)
+            points += share[:, None] * offset
         bend = piece % 2 == 1
         if bend.any():
             i = j[bend]
@@ -182,8 +199,13 @@ class Chain:
 
     @property
     def n_parameters(self) -> int:
-        """Of `stepped`: ends across the axis, corners, bend radii, radii, low and high ends of changes."""
-        return self.sizes.stop + 2 * len(self.changes)
+        """Of `stepped`: ends across the axis, corners, bend radii, radii, low and high ends of changes, offsets."""
+        return self.sizes.stop + 2 * len(self.changes) + 2 * int(self.eccentric.sum())
+
+    @cached_property
+    def eccentric(self) -> Mask:
+        """(k - 1,) whether the axis is moved across where the radius changes."""
+        return np.any(self.offsets != 0, axis=1)
 
     @property
     def sizes(self) -> slice:
@@ -193,13 +215,17 @@ class Chain:
 
     @cached_property
     def _moves(self) -> Array:
-        """(q, p): by the parameters, how all coordinates of corners, bend radii, radii, and changes move."""
+        """(q, p): by the parameters, how all coordinates of corners, bend radii, radii, changes and offsets move."""
         rows, columns, ends = 3 * len(self.corners), self.n_parameters, 0 if self.closed else 2
         inner = slice(ends, ends + rows - 6)
-        after = columns - inner.stop - ends
-        out = np.zeros((rows + after, columns))
+        plain = columns - inner.stop - ends - 2 * int(self.eccentric.sum())
+        out = np.zeros((rows + plain + self.offsets.size, columns))
         out[3 : rows - 3, inner] = np.eye(rows - 6)
-        out[rows:, inner.stop + ends :] = np.eye(after)
+        out[rows : rows + plain, inner.stop + ends : inner.stop + ends + plain] = np.eye(plain)
+        for i, k in enumerate(np.flatnonzero(self.eccentric)):
+            row, column = rows + plain + 3 * k, inner.stop + ends + plain + 2 * i
+            across = tangents(self.directions[int(self.changes[k, 0])])
+            out[row : row + 3, column : column + 2] = np.stack(across, axis=1)
         if self.closed:
             share = norm(self.corners[0] - self.corners[-2]) / norm(self.corners[1] - self.corners[-2])
             out[:3] = out[rows - 3 : rows] = share * out[3:6] + (1 - share) * out[rows - 6 : rows - 3]
@@ -234,17 +260,20 @@ class Chain:
     def moved(self, step: ArrayLike) -> Chain:
         """Return the chain with its parameters moved, whether or not bends then have room."""
         moves = self._moves @ np.asarray(step, float)
-        cuts = np.cumsum([self.corners.size, self.bend_radii.size, self.radii.size])
+        cuts = np.cumsum([each.size for each in self._parameters[:-1]])
         parts = [part.reshape(old.shape) for part, old in zip(np.split(moves, cuts), self._parameters, strict=True)]
-        corners, bends, radii, ends = (old + part for part, old in zip(parts, self._parameters, strict=True))
+        corners, bends, radii, ends, offsets = (old + part for part, old in zip(parts, self._parameters, strict=True))
         if (ends[:, 1] <= ends[:, 0]).any():
             raise ValueError("changes of the radius must be of some length")
         changes = np.column_stack([self.changes[:, 0], ends])
-        return Chain(corners, bends, np.maximum(radii, 0.5 * self.radii), changes)
+        if self.eccentric.any():
+            along = Chain(corners, bends, radii, changes, offsets).directions[self.changes[:, 0].astype(int)]
+            offsets -= dot(offsets, along)[:, None] * along
+        return Chain(corners, bends, np.maximum(radii, 0.5 * self.radii), changes, offsets)
 
     @property
-    def _parameters(self) -> tuple[Array, Array, Array, Array]:
-        return self.corners, self.bend_radii, self.radii, self.changes[:, 1:]
+    def _parameters(self) -> tuple[Array, ...]:
+        return self.corners, self.bend_radii, self.radii, self.changes[:, 1:], self.offsets
 
     def fitting(self) -> Chain:
         """Return the chain with bends at least as wide as the pipe, and that share the segments between them.
@@ -267,7 +296,7 @@ class Chain:
             corners[0] -= first * self.directions[0]
             corners[-1] += last * self.directions[-1]
             changes[changes[:, 0] == 0, 1:] += first
-        return Chain(corners, bends * share, self.radii, changes)
+        return Chain(corners, bends * share, self.radii, changes, self.offsets)
 
     @property
     def _least_bends(self) -> Array:

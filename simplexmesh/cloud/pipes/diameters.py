@@ -1,12 +1,14 @@
-"""Where a pipe goes on with another diameter on the same axis: it is found, and joined by a reducer."""
+"""Where a pipe goes on with another diameter on the same or a parallel axis: it is found, and joined by a reducer."""
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from simplexmesh._base.arrays import Array
+from simplexmesh._base.arrays import Array, Mask
 from simplexmesh._base.vectors import cross, dot, norm, tangents
 from simplexmesh.cloud.pipes.chain import Chain
+from simplexmesh.cloud.pipes.refining import near_surface
 from simplexmesh.cloud.pipes.tolerances import ALIKE, FACING, FEWEST, PARALLEL
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import JUMP, SPREAD
@@ -19,6 +21,19 @@ PEAKED = 0.04
 
 COAXIAL = 0.15
 """Offset in radii of axes that are taken for one."""
+
+NEAREST, FARTHEST = 0.5, 8.0
+"""Heights in radii between which a pipe on a parallel axis begins: behind a reducer, which may be seen from the narrow
+side."""
+
+LEVEL, FLAT = 0.1, 0.3
+"""Part of a pipe's normals along its axis, at most; sine of the angle between two that show where that is, at least."""
+
+DRAWS = 400
+"""Pairs of points through which circles are drawn."""
+
+SECTIONS, SEEN = 4, 0.3
+"""Of an eccentric reducer, and the share of the points of the pipes beside it that each has at least."""
 
 
 def next_radius(around: Surroundings, place: Array, direction: Array) -> tuple[float, Array] | None:
@@ -45,12 +60,69 @@ def next_radius(around: Surroundings, place: Array, direction: Array) -> tuple[f
     return None if best is None else best[1:]
 
 
+def next_beside(around: Surroundings, place: Array, direction: Array) -> tuple[float, Array] | None:
+    """Return the radius of the pipe behind an eccentric reducer at an end, and where its axis begins, if there is one.
+
+    Pipes along the direction are seen as circles, which are drawn through pairs of points at right angles to normals.
+    """
+    r, frame = around.radius, np.stack([*tangents(direction), direction])
+    at = around.near(place + 0.5 * FARTHEST * r * direction, 0.5 * FARTHEST * r + WIDEST * r)
+    local = (around.points[at] - place) @ frame.T
+    fine = (local[:, 2] > 0) & (local[:, 2] < FARTHEST * r) & (norm(local[:, :2]) < WIDEST * r)
+    local, normals = local[fine], around.normals(at[fine]) @ frame.T
+    level = np.abs(normals[:, 2]) < LEVEL
+    flat, height = local[level, :2], local[level, 2]
+    if len(flat) < FEWEST:
+        return None
+    centers, radii = _circles(flat, normals[level, :2], PEAKED * r)
+    fine = _may_join(r, radii, norm(centers)) & (np.abs(radii / r - 1) > ALIKE) & (radii > NARROWEST * r)
+    centers, radii = centers[fine], radii[fine]
+    on = np.abs(norm(flat - centers[:, None]) - radii[:, None]) < PEAKED * np.minimum(radii, r)[:, None]
+    best = int(on.sum(axis=1).argmax()) if len(on) else 0
+    if not len(on) or on[best].sum() < FEWEST:
+        return None
+    counts, edges = np.histogram(height[on[best]], bins=np.arange(0, FARTHEST * r, radii[best] / 4))
+    start = edges[int((counts > counts.max() / 2).argmax())]
+    axis = place + centers[best] @ frame[:2]
+    return (float(radii[best]), axis + start * direction) if start > NEAREST * r else None
+
+
+def _circles(flat: Array, normals: Array, tolerance: float) -> tuple[Array, Array]:
+    """Return middles and radii of circles through random pairs of points (n, 2) at right angles to their normals."""
+    i, j = np.random.default_rng(0).integers(0, len(flat), (2, DRAWS))
+    sine = normals[i, 0] * normals[j, 1] - normals[i, 1] * normals[j, 0]
+    i, j, sine = (each[np.abs(sine) > FLAT] for each in (i, j, sine))
+    between = flat[j] - flat[i]
+    far = (between[:, 0] * normals[j, 1] - between[:, 1] * normals[j, 0]) / sine
+    centers = flat[i] + far[:, None] * normals[i]
+    one, other = norm(flat[i] - centers), norm(flat[j] - centers)
+    fine = np.abs(one - other) < tolerance
+    return centers[fine], (one + other)[fine] / 2
+
+
+def _may_join(radius: float, other: ArrayLike, offset: ArrayLike) -> Mask:
+    """Return whether of two circles one is within the other, as a reducer joins them."""
+    return np.less(offset, np.abs(np.subtract(other, radius)) + PEAKED * np.maximum(radius, other))
+
+
+def is_joint(around: Surroundings, chain: Chain, k: int) -> bool:
+    """Whether points are seen all along a change of the radius, as on both of its sides."""
+    j, low, high = int(chain.changes[k, 0]), *chain.changes[k, 1:]
+    wide = float(chain.radii[k : k + 2].max())
+    feet = chain.feet(around.points[near_surface(around, chain, PEAKED * wide)])
+    height = feet.along[feet.piece == 2 * j]
+    beside = [((height > start) & (height < start + wide)).sum() / wide for start in (low - wide, high)]
+    counts = np.histogram(height, bins=np.linspace(low, high, SECTIONS + 1))[0] * SECTIONS / (high - low)
+    return bool(high - low > norm(chain.offsets[k]) and counts.min() > SEEN * min(beside))
+
+
 def joined(one: Chain, other: Chain) -> Chain | None:
-    """Return two chains as one whose radius changes where they meet; None if the axes there are not one."""
+    """Return two chains as one whose radius changes where they meet; None if no reducer joins the axes there."""
     u, v = one.directions[-1], other.directions[0]
-    base = one.corners[-2]
-    offset = norm(cross(other.corners[0] - one.corners[-1], u))
-    if norm(cross(u, v)) > np.sin(PARALLEL) or u @ v < 0 or offset > COAXIAL * min(one.radii[-1], other.radii[0]):
+    base, r, after = one.corners[-2], float(one.radii[-1]), float(other.radii[0])
+    across = cross(u, cross(other.corners[0] - one.corners[-1], u))
+    eccentric = norm(across) > COAXIAL * min(r, after)
+    if norm(cross(u, v)) > np.sin(PARALLEL) or u @ v < 0 or (eccentric and not _may_join(r, after, norm(across))):
         return None
     j = len(one.lengths) - 1
     end, start = (one.corners[-1] - base) @ u, (other.corners[0] - base) @ u
@@ -62,4 +134,5 @@ def joined(one: Chain, other: Chain) -> Chain | None:
     changes = np.concatenate([one.changes, [[j, end, start]], moved])
     corners = np.concatenate([one.corners[:-1], other.corners[1:]])
     bends, radii = (np.concatenate([getattr(c, name) for c in (one, other)]) for name in ("bend_radii", "radii"))
-    return Chain(corners, bends, radii, changes)
+    offsets = np.concatenate([one.offsets, [across * eccentric], other.offsets])
+    return Chain(corners, bends, radii, changes, offsets)

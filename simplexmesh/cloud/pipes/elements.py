@@ -8,11 +8,12 @@ import numpy as np
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices
-from simplexmesh._base.vectors import cross, normalized
+from simplexmesh._base.vectors import cross, norm, normalized
 from simplexmesh.cloud.pipes.chain import SHORTEST, Chain
 from simplexmesh.cloud.pipes.ends import BEYOND
 from simplexmesh.cloud.pipes.line import Deviations, PipeElement
 from simplexmesh.data.primitives import Cone, Cylinder, Fit, Primitive, Torus
+from simplexmesh.data.primitives.oblique_cone import ObliqueCone
 
 STEP = 1e-5
 """Of difference quotients, in radii."""
@@ -36,13 +37,16 @@ class Measures(NamedTuple):
 
     start: Array
     end: Array
-    sizes: Array  # radius, end radius, length, and of a bend its radius and angle
+    sizes: Array  # radius, end radius, length, and of a bend its radius and angle, of a reducer its offset
     origin: Array
     axis: Array
     shape: Array
+    lean: Array = np.zeros(3)
 
     def primitive(self, kind: str) -> Primitive:
         """Return the primitive of a kind of element."""
+        if self.lean.any():
+            return ObliqueCone(self.origin, self.axis, float(self.shape[0]), lean=self.lean)
         made = {"straight": Cylinder, "bend": Torus, "reducer": Cone}[kind]
         out: Primitive = made(self.origin, self.axis, *self.shape.tolist())
         return out
@@ -109,8 +113,10 @@ def measures_of(chain: Chain, parts: list[Part]) -> list[Measures]:
         elif kind == "reducer":
             after = chain.radii[size + 1]
             slope, sizes = (after - radius) / length, np.array([radius, after, length])
-            apex = start - radius / slope * along[first]
-            out.append(Measures(start, end, sizes, apex, np.sign(slope) * along[first], np.arctan(np.abs([slope]))))
+            lean, sign = chain.offsets[size] / length, np.sign(slope)
+            apex = start - radius / slope * (along[first] + lean)
+            sizes = np.append(sizes, norm(chain.offsets[size])) if chain.eccentric[size] else sizes
+            out.append(Measures(start, end, sizes, apex, sign * along[first], np.arctan(np.abs([slope])), sign * lean))
         else:
             sizes = np.array([radius, radius, length])
             out.append(Measures(start, end, sizes, start, along[first], np.array([radius])))
@@ -150,26 +156,21 @@ def _element(kind: str, measures: Measures, spread: Array, residual: Array) -> P
     fit = Fit(rms, rms, checks.frozen(chart @ spread @ chart.T), checks.frozen(extent), len(residual))
     variance = np.maximum(np.diagonal(spread), 0.0)
     ends = (float(np.sqrt(variance[part].sum())) for part in (slice(0, 3), slice(3, 6)))
-    deviations = np.sqrt(variance[6 : cuts[2]]).tolist()
-    radius, end_radius, _, bend_radius, bend_angle = (*sizes.tolist(), None, None)[:5]
-    return PipeElement(
-        kind,
-        checks.frozen(measures.start),
-        checks.frozen(measures.end),
-        radius,
-        end_radius,
-        bend_radius,
-        bend_angle,
-        length,
-        primitive.with_fit(fit),
-        Deviations(*ends, *deviations),
-    )
+    sure = dict(zip(_names(kind), np.sqrt(variance[6 : cuts[2]]).tolist(), strict=False))
+    told = {"bend_radius": None, "bend_angle": None} | dict(zip(_names(kind), sizes.tolist(), strict=False))
+    places = checks.frozen(measures.start), checks.frozen(measures.end)
+    return PipeElement(kind, *places, primitive=primitive.with_fit(fit), deviations=Deviations(*ends, **sure), **told)
+
+
+def _names(kind: str) -> tuple[str, ...]:
+    """Return the names of the sizes of a kind of element; the offset is of eccentric reducers only."""
+    return ("radius", "end_radius", "length", *(("bend_radius", "bend_angle") if kind == "bend" else ("offset",)))
 
 
 def _chart(primitive: Primitive, cuts: Array) -> Array:
     """Return the derivatives of a primitive's parameters by the measures of its element."""
-    out = np.zeros((5 + len(primitive._shape), cuts[5]))
+    out = np.zeros((5 + len(primitive._shape), cuts[-1]))
     out[:2, cuts[3] : cuts[4]] = primitive.frame[:2]
     out[2:5, cuts[2] : cuts[3]] = primitive.frame
-    out[5:, cuts[4] :] = np.eye(len(primitive._shape))
+    out[5:, cuts[4] : cuts[5]] = np.eye(len(primitive._shape))
     return out[[*primitive._moves, *range(5, len(out))]]

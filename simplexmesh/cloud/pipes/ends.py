@@ -20,6 +20,9 @@ from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 LAST_BENDS = np.geomspace(0.3, 3.0, 8)
 """Lengths of last bends that are tried, in radii; longer ones are traced."""
 
+SHORT_END = 5.0
+"""Length in radii of a last bend and what is behind it, at most, that may be none."""
+
 BEYOND = 2
 """Points beyond an end, which may be strays."""
 
@@ -50,7 +53,17 @@ def reversed_chain(chain: Chain) -> Chain:
     for row in changes:
         length = chain.lengths[int(row[0])]
         row[:] = len(chain.lengths) - 1 - row[0], length - row[2], length - row[1]
-    return Chain(chain.corners[::-1], chain.bend_radii[::-1], chain.radii[::-1], changes)
+    return Chain(chain.corners[::-1], chain.bend_radii[::-1], chain.radii[::-1], changes, -chain.offsets[::-1])
+
+
+def without_last_bend(chain: Chain) -> Chain | None:
+    """Return a chain without its last bend and what is behind that, if it is short."""
+    r, j = float(chain.radii[-1]), len(chain.lengths) - 1
+    if not len(chain.bend_radii) or chain.stations[-1] - chain.stations[-3] > SHORT_END * r or j in chain.changes[:, 0]:
+        return None
+    corners = chain.corners[:-1].copy()
+    corners[-1] -= chain.reaches[-1] * chain.directions[-2]
+    return replace(chain, corners=corners, bend_radii=chain.bend_radii[:-1])
 
 
 def _ended(around: Surroundings, chain: Chain, deviation: float) -> Chain:

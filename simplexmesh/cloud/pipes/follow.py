@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -15,11 +16,11 @@ from simplexmesh._base.vectors import norm
 from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.cloud.given_cloud import given_cloud
 from simplexmesh.cloud.pipes.chain import Chain
-from simplexmesh.cloud.pipes.diameters import joined, next_radius
+from simplexmesh.cloud.pipes.diameters import is_joint, joined, next_beside, next_radius
 from simplexmesh.cloud.pipes.elements import elements_of
-from simplexmesh.cloud.pipes.ends import reversed_chain, with_ends, with_stops
+from simplexmesh.cloud.pipes.ends import reversed_chain, with_ends, with_stops, without_last_bend
 from simplexmesh.cloud.pipes.line import PipeLine
-from simplexmesh.cloud.pipes.refining import covariance_of, held, near_surface, refined, simplified
+from simplexmesh.cloud.pipes.refining import covariance_of, held, near_surface, off_axis, refined, simplified
 from simplexmesh.cloud.pipes.tolerances import BAND, NEAR
 from simplexmesh.cloud.pipes.tracing.segmenting import segmented
 from simplexmesh.cloud.pipes.tracing.start import Beginning, beginning
@@ -109,6 +110,8 @@ def followed(found: Beginning) -> tuple[Chain, Array, float, tuple[str, str]]:
             chain, stops = reversed_chain(chain), stops[::-1]
     near = beside(around, chain, gap)
     chain, deviation = refined(near, chain)
+    eccentric = off_axis(near, chain, deviation)
+    chain, deviation = (chain, deviation) if eccentric is chain else refined(near, eccentric)
     if chain.closed:
         ended = chain.begun(chain.reaches[-1] / norm(chain.corners[1] - chain.corners[-2]))
     else:
@@ -149,23 +152,52 @@ def beside(around: Surroundings, chain: Chain, gap: float) -> Surroundings:
 
 
 def extended(around: Surroundings, chain: Chain, stops: tuple[str, str], gap: float) -> tuple[Chain, tuple[str, str]]:
-    """Return a chain and what goes on behind its end with other radii on its axis."""
+    """Return a chain and what goes on behind its end with other radii, on its axis or a parallel one."""
     for _ in range(MOST_CHANGES):
         radius = float(chain.radii[-1])
         there = around if abs(radius / around.radius - 1) < 0.1 else around.of(radius)
-        found = next_radius(there, chain.corners[-1], chain.directions[-1])
-        if found is None:
-            break
-        beginning = Beginning(around.of(found[0]), found[1], chain.directions[-1], gap)
-        try:
-            more, ends = run(beginning)
-        except ValueError:
-            break
-        longer = joined(chain, more)
+        longer = _coaxial(there, chain, gap) or _eccentric(there, chain, gap)
         if longer is None:
             break
-        chain, stops = longer, (stops[0], ends[1])
+        chain, stops = longer[0], (stops[0], longer[1])
     return chain, stops
+
+
+def _coaxial(around: Surroundings, chain: Chain, gap: float) -> tuple[Chain, str] | None:
+    """Return a chain with the pipe of another radius on its axis behind its end, if there is one, and why that ends."""
+    found = next_radius(around, chain.corners[-1], chain.directions[-1])
+    if found is None:
+        return None
+    with suppress(ValueError):
+        more, ends = run(Beginning(around.of(found[0]), found[1], chain.directions[-1], gap))
+        longer = joined(chain, more)
+        return None if longer is None or longer.eccentric[len(chain.changes)] else (longer, ends[1])
+    return None
+
+
+def _eccentric(around: Surroundings, chain: Chain, gap: float) -> tuple[Chain, str] | None:
+    """Return a chain with the pipe of another radius behind an eccentric reducer, if there is one, and why that ends.
+
+    Its last bend may be what the reducer looks like.
+    """
+    for one in filter(None, (chain, without_last_bend(chain))):
+        along = one.directions[-1]
+        found = next_beside(around, one.corners[-1], along)
+        if found is None:
+            continue
+        radius, start = found
+        ahead = around.points[(around.points - start) @ along > 0]
+        with suppress(ValueError):
+            beyond = Surroundings(ahead, radius, noise=around.noise)
+            more, ends = run(Beginning(beyond, start + radius * along, along, gap))
+            longer = joined(one, more)
+            if longer is None:
+                continue
+            near = beside(around, longer, gap)
+            longer = refined(near, longer)[0]
+            if is_joint(near, longer, len(one.changes)):
+                return longer, ends[1]
+    return None
 
 
 def line_of(

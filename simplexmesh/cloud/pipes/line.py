@@ -34,6 +34,8 @@ class Deviations(NamedTuple):
         As of the element.
     bend_radius, bend_angle : float or None
         Of a bend, the angle in radians.
+    offset : float or None
+        Of an eccentric reducer.
 
     Examples
     --------
@@ -53,6 +55,7 @@ class Deviations(NamedTuple):
     length: float
     bend_radius: float | None = None
     bend_angle: float | None = None
+    offset: float | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -74,9 +77,12 @@ class PipeElement:
     length : float
         Along the axis.
     primitive : Primitive
-        The cylinder, torus or cone, with the extent of the element and the covariance of its parameters.
+        The cylinder, torus or cone, of an eccentric reducer oblique cone, with the extent of the element and the
+        covariance of its parameters.
     deviations : Deviations or None
         Standard deviations of these measures; None of a tee, which follows from run and branch.
+    offset : float
+        Of an eccentric reducer: between the parallel axes on its two sides. It is 0 of all other elements.
 
     Examples
     --------
@@ -97,12 +103,13 @@ class PipeElement:
     length: float
     primitive: Primitive
     deviations: Deviations | None
+    offset: float = 0.0
 
     def __repr__(self) -> str:
         text = f"PipeElement({self.kind}, diameter {2 * self.radius:.6g}, length {self.length:.6g}"
         if self.bend_angle is not None:
             text += f", {np.degrees(self.bend_angle):.1f} degrees on radius {self.bend_radius:.6g}"
-        return text + ")"
+        return text + (f", offset {self.offset:.6g})" if self.offset else ")")
 
 
 class Pipes:

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import null_space
 
 from simplexmesh._base.arrays import Array, Indices, Mask
-from simplexmesh._base.vectors import cross, dot, norm
+from simplexmesh._base.vectors import cross, dot, norm, tangents
 from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.cloud.fitting.solver import solve
 from simplexmesh.cloud.pipes.chain import MOST_ANGLE, Chain
@@ -54,6 +54,19 @@ def refined(around: Surroundings, chain: Chain) -> tuple[Chain, float]:
     if deviation > around.most_deviation:
         raise ValueError(f"pick must be on a pipe, but points deviate by {deviation:.3g} from that which is there")
     return chain, deviation
+
+
+def off_axis(around: Surroundings, chain: Chain, deviation: float) -> Chain:
+    """Return a chain with all those reducers eccentric that points ask for, by what a step promises to take off."""
+    points = around.points[near_surface(around, chain, WITHIN * deviation)]
+    for k in np.flatnonzero(~chain.eccentric):
+        offsets = chain.offsets.copy()
+        offsets[k] = 1e-9 * around.radius * tangents(chain.directions[int(chain.changes[k, 0])])[0]
+        tried = replace(chain, offsets=offsets)
+        matrix, downhill, _ = tried.normal_equations(points, loss_scale=WITHIN * deviation)
+        gain = downhill @ np.linalg.pinv(matrix, hermitian=True) @ downhill / deviation**2
+        chain = tried if gain > SUPERFLUOUS * np.log(len(points)) else chain
+    return chain
 
 
 def held(around: Surroundings, chain: Chain) -> Mask:

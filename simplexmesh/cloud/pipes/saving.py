@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 COLUMNS = (
     *("line", "element", "kind", "diameter", "end_diameter", "length", "bend_radius", "bend_angle_degrees"),
     *("diameter_deviation", "length_deviation", "bend_radius_deviation", "bend_angle_deviation_degrees"),
+    *("offset", "offset_deviation"),
 )
 """Of the bill of materials."""
 
@@ -70,7 +71,8 @@ def bill(lines: Sequence[PipeLine], tees: Sequence[PipeElement]) -> str:
         sizes = (2 * e.radius, 2 * e.end_radius, e.length, e.bend_radius, _degrees(e.bend_angle))
         d = e.deviations
         spread = (None,) * 4 if d is None else (2 * d.radius, d.length, d.bend_radius, _degrees(d.bend_angle))
-        writer.writerow([number, i, e.kind, *("" if x is None else f"{x:.9g}" for x in (*sizes, *spread))])
+        offset = (e.offset or None, d and d.offset)
+        writer.writerow([number, i, e.kind, *("" if x is None else f"{x:.9g}" for x in (*sizes, *spread, *offset))])
     return out.getvalue()
 
 
@@ -91,7 +93,7 @@ def _named(lines: Sequence[PipeLine], tees: Sequence[PipeElement]) -> dict[str, 
 def _element(element: PipeElement) -> dict[str, Any]:
     """Return what is known of an element, as plain values."""
     primitive, fit = element.primitive, element.primitive.fit
-    names = ("radius", "end_radius", "bend_radius", "bend_angle", "length")
+    names = ("radius", "end_radius", "bend_radius", "bend_angle", "length", "offset")
     known = element.deviations is not None and primitive.covariance is not None
     covariance = np.asarray(primitive.covariance).tolist() if known else None
     return {

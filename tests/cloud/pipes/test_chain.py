@@ -24,17 +24,23 @@ from tests.cloud.pipes.lines import meeting, random_chain
 CORNERS = np.array([[0, 0, 0], [10, 0, 1], [10, 8, 2], [18, 8, 3.0]])
 PLAIN = chain_of(CORNERS, [3.0, 2.0], 1.0)
 REDUCED = Chain(CORNERS, np.array([3.0, 2.0]), np.array([1.0, 0.6]), np.array([[1, 4.0, 5.0]]))
+ACROSS = np.cross(CORNERS[2] - CORNERS[1], [1.0, 0, 0])
+ECCENTRIC = replace(REDUCED, offsets=0.4 * ACROSS[None] / np.linalg.norm(ACROSS)).moved(np.zeros(18))
 LOOP = np.array([[3, 0, 0], [10, 0, 0], [10, 0, 12], [-1, 12, 0], [-1, 0, 0], [3, 0, 0.0]])
 CLOSED = chain_of(LOOP, [3.0, 2.0, 2.5, 1.5], 1.0)
-kinds = {"plain": PLAIN, "reduced": REDUCED, "closed": CLOSED}
+kinds = {"plain": PLAIN, "reduced": REDUCED, "eccentric": ECCENTRIC, "closed": CLOSED}
 every = pytest.mark.parametrize("chain", kinds.values(), ids=kinds)
 both = pytest.mark.parametrize("chain", [PLAIN, REDUCED], ids=["plain", "reduced"])
 
 
 def around(chain, count=1000, seed=0):
-    """Points about the axis, nearer to it than the bends' centers."""
+    """Points about the axis, nearer to it than bends' centers; on the surface where only that has exact gradients."""
     rng = np.random.default_rng(seed)
-    return chain.at(rng.uniform(-1, chain.stations[-1] + 1, count))[0] + rng.normal(0, 0.4, (count, 3))
+    points = chain.at(rng.uniform(-1, chain.stations[-1] + 1, count))[0] + rng.normal(0, 0.4, (count, 3))
+    for _ in range(8 * bool(chain.offsets.any())):
+        distance, normal = chain.measured(points)
+        points = points - distance[:, None] * normal
+    return points
 
 
 def test_feet_are_the_nearest_of_dense_samples():
@@ -113,6 +119,41 @@ def test_primitives_of_elements_are_the_surface():
         assert_allclose(element.primitive.distance(points[here]), REDUCED.distance(points[here]), atol=1e-9)
 
 
+def test_sections_of_an_eccentric_reducer_are_circles_across_its_axis():
+    chain = Chain([[0, 0, 0], [9, 0, 0.4]], [], [1, 0.6], [[0, 3.0, 5.0]], [[0, 0, 0.4]])
+    for height, middle, radius in [
+        (2.0, 0.0, 1.0),
+        (3.5, 0.1, 0.9),
+        (4.0, 0.2, 0.8),
+        (4.9, 0.38, 0.62),
+        (7.0, 0.4, 0.6),
+    ]:
+        turn = np.linspace(0, 6, 9)
+        circle = np.stack([np.full(9, height), radius * np.cos(turn), middle + radius * np.sin(turn)], axis=1)
+        assert_allclose(chain.distance(circle), 0, atol=1e-12)
+        assert_allclose(chain.at([height])[0], [[height, 0, middle]], atol=1e-12)
+    assert_allclose(chain.measured([[4.0, 0, 1.3]])[0], 0.3, atol=1e-12)  # over the flush line
+
+
+def test_an_eccentric_reducer_is_an_oblique_cone():
+    points = around(ECCENTRIC)
+    elements, labels = elements_of(ECCENTRIC, points, 1e-4 * np.eye(18), np.zeros(3))
+    reducer, near = elements[3], labels == 3
+    assert (reducer.kind, near.sum() > 5) == ("reducer", True)
+    assert_allclose(reducer.offset, np.linalg.norm(ECCENTRIC.offsets))
+    assert_allclose(reducer.deviations.offset, 0.01, rtol=1e-6)
+    cone = reducer.primitive
+    assert_allclose(cone.distance(points[near]), 0, atol=1e-12)
+    assert_allclose(cone.gradient(points[near]), ECCENTRIC.measured(points[near])[1], atol=1e-9)
+    assert_allclose(cone.projected(points[near]), points[near], atol=1e-12)
+    turn = Rotation.random(random_state=1).as_matrix()
+    T = np.block([[3 * turn, np.ones((3, 1))], [np.zeros((1, 3)), 1]])
+    assert_allclose(cone.transformed(T).distance(3 * points @ turn.T + 1), 3 * cone.distance(points), atol=1e-12)
+    assert_allclose(ECCENTRIC.distance(cone.triangulated().vertices), 0, atol=1e-12)
+    with pytest.raises(TypeError, match="fitted with its line"):
+        cone.derivatives(points)
+
+
 def test_bends_are_kept_as_wide_as_the_pipe_and_off_each_other():
     tight = Chain(CORNERS, np.array([0.1, 20.0]), np.array([1.0]), np.zeros((0, 3))).fitting()
     assert tight.bend_radii[0] >= 1.0 - 1e-12
@@ -139,6 +180,7 @@ def test_motions_and_scales_move_along(chain):
     turn, shift, scale = Rotation.random(random_state=1).as_matrix(), np.array([3.0, -2.0, 5.0]), 7.0
     changes = chain.changes * [1, scale, scale]
     moved = Chain(scale * chain.corners @ turn.T + shift, scale * chain.bend_radii, scale * chain.radii, changes)
+    moved = replace(moved, offsets=scale * chain.offsets @ turn.T)
     points = around(chain)
     assert_allclose(moved.distance(scale * points @ turn.T + shift), scale * chain.distance(points), atol=1e-10)
 

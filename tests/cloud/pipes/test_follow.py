@@ -199,17 +199,42 @@ class TestDiameters:
         assert [element.kind for element in line.elements] == ["straight"]
         assert_allclose(line.length, 30, atol=0.3)
 
-    @pytest.mark.parametrize("seed", range(4))
-    def test_eccentric_reducers_end_lines(self, seed):
-        """Two pipes on one generator: what is behind has another radius all along, as a shadow has not."""
+    @staticmethod
+    def eccentric(seed, offset, *, gap=False):
+        """A pipe along x of radius 1, and behind a reducer from 14 to 16 one of 0.7, moved up; 200 degrees are seen."""
         rng = np.random.default_rng(seed)
-        x, turn = rng.uniform(0, [[30], [2 * np.pi]], (2, 5655))
-        radius = 1 - 0.2 * np.clip((x - 14) / 2, 0, 1)
-        out = radius + rng.normal(0, 0.01, len(x))
-        points = np.stack([x, out * np.cos(turn), radius - 1 + out * np.sin(turn)], axis=1)
-        line = sm.follow_pipe(points, points[np.abs(x - 5).argmin()])
+        x, share = rng.uniform(0, 30, 6000), 0.0
+        turn = rng.uniform(0, 2 * np.pi) + np.radians(rng.uniform(-100, 100, len(x)))
+        share = np.clip((x - 14) / 2, 0, 1)
+        out = 1 - 0.3 * share + rng.normal(0, 0.01, len(x))
+        points = np.stack([x, out * np.cos(turn), offset * share + out * np.sin(turn)], axis=1)
+        return points[(x < 14) | (x > 16)] if gap else points
+
+    @pytest.mark.parametrize("pick", [5, 25])
+    @pytest.mark.parametrize("offset", [0.3, 0.15, 0.06])
+    def test_lines_go_on_through_eccentric_reducers(self, offset, pick):
+        points = self.eccentric(0, offset)
+        line = sm.follow_pipe(points, points[np.abs(points[:, 0] - pick).argmin()])
+        assert [element.kind for element in line.elements] == ["straight", "reducer", "straight"]
+        first, reducer, last = sorted(line.elements, key=lambda each: each.start[0])
+        assert abs(reducer.offset - offset) < 5 * reducer.deviations.offset < 0.03
+        assert_allclose([first.radius, last.radius], [1, 0.7], atol=0.004)
+        assert_allclose(np.sort([reducer.start[0], reducer.end[0]]), [14, 16], atol=0.15)
+        assert_allclose(np.abs(first.primitive.axis @ last.primitive.axis), 1, rtol=1e-14)
+
+    def test_eccentric_reducers_are_found_in_any_place_and_unit(self):
+        points, T = self.eccentric(1, 0.3), Rotation.random(random_state=2).as_matrix()
+        pick = points[np.abs(points[:, 0] - 5).argmin()]
+        here = sm.follow_pipe(points, pick).elements
+        there = sm.follow_pipe(50 * points @ T + 9, 50 * pick @ T + 9).elements
+        assert [each.kind for each in here] == [each.kind for each in there] == ["straight", "reducer", "straight"]
+        assert_allclose(there[1].offset, 50 * here[1].offset, rtol=0.02)
+
+    @pytest.mark.parametrize("pick", [5, 25])
+    def test_pipes_with_nothing_between_them_are_two(self, pick):
+        points = self.eccentric(0, 0.3, gap=True)
+        line = sm.follow_pipe(points, points[np.abs(points[:, 0] - pick).argmin()])
         assert [element.kind for element in line.elements] == ["straight"]
-        assert_allclose(line.length, 15, atol=1)
 
     @pytest.mark.parametrize(("scale", "wrong"), [(1e300, "reach to"), (1e-300, "be")])
     def test_lengths_whose_products_overflow_are_refused(self, scale, wrong):

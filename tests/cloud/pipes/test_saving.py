@@ -50,6 +50,20 @@ class TestTable:
                 assert float(row["bend_angle_degrees"]) == pytest.approx(np.degrees(element.bend_angle), rel=1e-8)
 
 
+def test_offsets_of_eccentric_reducers_are_told(tmp_path):
+    found = line(offset=0.05)
+    for ending in ("json", "csv"):
+        found.save(tmp_path / f"out.{ending}")
+    told = json.loads((tmp_path / "out.json").read_text())["lines"][0]["elements"]
+    rows = list(csv.DictReader((tmp_path / "out.csv").read_text().splitlines()))
+    assert [each["kind"] for each in told if each["offset"]] == ["reducer"]
+    for given, row in zip(told, rows, strict=True):
+        assert given["offset"] == pytest.approx(float(row["offset"] or 0), abs=1e-9)
+        assert row["offset_deviation"] == ("" if given["kind"] != "reducer" else "1")
+    assert told[3]["offset"] == pytest.approx(0.05, rel=1e-3)
+    assert told[3]["primitive"]["kind"] == "oblique cone"
+
+
 @pytest.mark.parametrize("ending", [".json", ".csv"])
 def test_a_file_that_cannot_be_replaced_is_as_it_was(tmp_path, ending, monkeypatch):
     path = tmp_path / f"out{ending}"
