@@ -119,6 +119,17 @@ def test_a_body_inside_out_beside_others_is_refused(size):
         sm.boolean(box([2.0] * 3, [3.0] * 3), both, "union")
 
 
+def test_that_a_cap_has_gaps_is_told():
+    cube = box([0, 0, 0], [1, 1, 1])
+    both = sm.TriangleMesh(
+        np.concatenate([cube.vertices, np.add(cube.vertices, [3, 0, 0])]),
+        np.concatenate([cube.faces, cube.faces[:, ::-1] + 8]),
+    )
+    with pytest.warns(sm.SimplexMeshWarning, match="^the cap has gaps, so the part is open"):
+        found = sm.clipped(both, (0, 0, 0.3), (0, 1, 1), cap=True)
+    assert not found.is_closed
+
+
 def test_cavities_of_bodies_stay():
     hollow, core = box([0, 0, 0], [1, 1, 1]), box([0.25] * 3, [0.75] * 3)
     shell = sm.TriangleMesh(
