@@ -17,6 +17,7 @@ from simplexmesh.motion.reconstruct.conversion import as_input
 from simplexmesh.motion.reconstruct.deviation import deviation
 from simplexmesh.plot.polydata import as_drawable, points_of
 from simplexmesh.surface.curvature.estimate import curvature
+from simplexmesh.surface.saliency.fields import field_values
 
 SIGNED = "simplex angle (rad)"
 """Vertex array with a scale symmetric about zero even where all are positive."""
@@ -50,7 +51,7 @@ def scalars_of(
     if isinstance(shown, Volume):
         raise TypeError("scalars need a mesh or points to color, not Volume")
     if not isinstance(wanted, str):
-        values = checks.array("scalars", wanted, (len(points_of(shown)),))
+        values = field_values("scalars", wanted, len(points_of(shown)))
         return Scalars(values, diverging=_has_both_signs(values))
     is_model = isinstance(shown, SimplexMesh)
     computed = list(DIVERGING) if is_model else ["mean_curvature"]

@@ -66,10 +66,10 @@ def surface(
         Quantity to color by: "mean_curvature", "deviation" or a vertex array, also by name, and of simplex meshes
         "sphere_curvature", "simplex_angle" and "distance"; an array of colors (bytes, as "colors" of a file) is shown
         as it is. "distance" is that of each vertex to the surface in `data`, along its normal, as in
-        `Reconstruction.distance`; vertices without data nearby are gray. "deviation" is the signed distance to the
-        surface that `data` is, as by `sm.deviation`. Quantities of both signs have the colors of `heat`, green at zero,
-        clipped at the 98th percentile of their magnitude; others a sequential colormap, from the 2nd percentile, or
-        from zero if that is below half of the range, to the 98th percentile or four times the median.
+        `Reconstruction.distance`; "deviation" is the signed distance to the surface that `data` is, as by
+        `sm.deviation`. Vertices without a value, NaN, are gray. Quantities of both signs have the colors of `heat`,
+        green at zero, clipped at the 98th percentile of their magnitude; others a sequential colormap, from the 2nd
+        percentile, or from zero if that is below half of the range, to the 98th percentile or four times the median.
     data : Volume, PointCloud, TriangleMesh or anything convertible to these, optional
         What "distance" and "deviation" are measured to; default: the mesh's array of that name; `reconstruct` stores
         the first.

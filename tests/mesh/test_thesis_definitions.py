@@ -28,6 +28,15 @@ class TestSections:
             for lean in (0.3, -0.9):  # small circles of radius 2 cos(lean)
                 assert found.along(turn, tilt=lean) == pytest.approx(1 / (2 * np.cos(lean)), rel=1e-9)
 
+    @pytest.mark.parametrize(
+        "words", ["angle must have shape (578,), not (3,)", "tilt must have shape (578,), not (3,)"]
+    )
+    def test_of_another_number_of_vertices_are_refused(self, words):
+        found = sm.curvature(discretized.uv_sphere(24, 25).mesh, "sine")
+        with pytest.raises(ValueError, match=r".") as caught:
+            found.along(**{"angle": 0.1} | {words.split()[0]: np.zeros(3)})
+        assert str(caught.value) == words.replace("578", str(len(found.k1)))
+
     def test_at_umbilics_directions_are_some_tangents(self):
         for method in ("sine", "quadric", "chen_schmitt", "taubin"):
             ball = discretized.uv_sphere(12, 12, radius=2.0)

@@ -61,6 +61,12 @@ class TestAlign:
             found = sm.align(body, body, (picks, picks + 100.0))
         assert found.overlap == 0
 
+    def test_pairs_in_the_wrong_order_are_reported(self):
+        body = potato()
+        pairs = body.vertices[[0, 300, 700, 1100]], body.vertices[[0, 700, 300, 1100]]
+        with pytest.warns(sm.SimplexMeshWarning, match=r"^no rigid motion brings the pairs nearer than 0\.48:"):
+            sm.align(body, body, pairs, refine=False)
+
     def test_refines_what_the_pairs_say(self):
         body, T = potato(), rigid(3)
         moved = body.vertices @ T[:3, :3].T + T[:3, 3]

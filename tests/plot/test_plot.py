@@ -245,6 +245,12 @@ class TestScale:
         low, high = next(iter(plotter.scalar_bars.values())).lookup_table.scalar_range
         assert low == -high < 0
 
+    def test_leaves_vertices_without_a_value_gray(self, ball):
+        values = np.where(np.arange(320) < 9, np.nan, ball.vertices[:, 0])
+        mapper = next(iter(sm.plot.surface(ball, scalars=values, edges=False).actors.values())).mapper
+        assert np.isnan(mapper.dataset["scalars"]).any()
+        assert np.isfinite(mapper.scalar_range).all()
+
     def test_has_the_colors_of_heat_for_quantities_of_both_signs(self):
         table = scale(np.array([-1.0, 1.0]), "x", diverging=True, limits=None)["cmap"]
         np.testing.assert_array_equal(table.values, blue_to_red(-1, 1).values)

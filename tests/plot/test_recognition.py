@@ -92,7 +92,8 @@ class TestNumbers:
 class TestLandscape:
     def test_peaks_are_as_high_as_signatures_are_near(self):
         one, other = signature(), signature(1)
-        found = sm.match(other, one, best=2)
+        with pytest.warns(sm.SimplexMeshWarning, match="times as large as source"):
+            found = sm.match(other, one, best=2)
         plotter = sm.plot.landscape(other, one, found=found, title="two bodies")
         hills, *balls = drawn(plotter.renderers[0])
         assert np.linalg.norm(hills, axis=1).max() <= 1 + HIGH

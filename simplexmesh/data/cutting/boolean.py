@@ -114,6 +114,20 @@ def _solid(manifold3d: Any, mesh: TriangleMesh, number: int, name: str) -> Any:
     bodies = found.decompose()
     low, high = np.array([body.bounding_box() for body in bodies]).reshape(-1, 2, 3).swapaxes(0, 1)
     apart = not len(overlapping_boxes(low, high, float((high - low).mean())))
-    if apart or any(body.volume() < 0 for body in bodies):  # cavities are within
+    inward, outward = ([body for body in bodies if (body.volume() < 0) == sign] for sign in (True, False))
+    if apart and not inward:
         return found
-    return manifold3d.Manifold.batch_boolean(bodies, manifold3d.OpType.Add)  # what is within two would count twice
+    whole = manifold3d.Manifold.batch_boolean(outward, manifold3d.OpType.Add)  # what is within two would count twice
+    for body in inward:
+        if 10 * (_turned(manifold3d, body) - whole).volume() > -body.volume():
+            place = ", ".join(f"{x:.4g}" for x in np.reshape(body.bounding_box(), (2, 3)).mean(axis=0))
+            raise ValueError(f"{name} must be oriented outward, its part around ({place}) is inward, and no cavity")
+    return found if inward else whole
+
+
+def _turned(manifold3d: Any, body: Any) -> Any:
+    """Return a solid turned inside out."""
+    mesh = body.to_mesh64()
+    return manifold3d.Manifold(
+        manifold3d.Mesh64(np.array(mesh.vert_properties)[:, :3], np.array(mesh.tri_verts)[:, ::-1])
+    )

@@ -15,7 +15,7 @@ from vtkmodules.vtkFiltersGeneral import vtkClipClosedSurface
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
-from simplexmesh._base.errors import SimplexMeshWarning
+from simplexmesh._base.errors import SimplexMeshWarning, warn
 from simplexmesh._base.vectors import normalized
 from simplexmesh.data.conversion import as_triangles
 from simplexmesh.data.io import polydata, vtk
@@ -47,6 +47,11 @@ def clipped(surface: Any, origin: ArrayLike, normal: ArrayLike, *, cap: bool = F
     ------
     ValueError
         The normal is zero, nothing is in front of the plane, or a cap is requested for an open surface.
+
+    Warns
+    -----
+    SimplexMeshWarning
+        A cap has gaps, as where parts of the surface are oriented inward or outlines of the cut nearly touch.
 
     Examples
     --------
@@ -82,6 +87,8 @@ def clipped(surface: Any, origin: ArrayLike, normal: ArrayLike, *, cap: bool = F
     faces = found.faces[:, ::-1] if inward else found.faces
     found = TriangleMesh(unit * found.vertices, faces, unit=mesh.unit)
     found = found.welded(tolerance=TOLERANCE * mesh.diagonal, report=False)
+    if cap and not found.is_closed:
+        warn("the cap has gaps, so the part is open: orient all of the surface outward, or move the plane a little")
     return replace(found, data=_carried(mesh, found.vertices, at, direction)) if mesh.data else found
 
 

@@ -132,7 +132,7 @@ def occlude(
     Warns
     -----
     SimplexMeshWarning
-        No vertex touches, or the initial penetration is too deep to be resolved.
+        No vertex touches, the initial penetration is too deep to be resolved, or a closed surface has inward normals.
 
     Notes
     -----
@@ -164,6 +164,9 @@ def occlude(
         checks.size(name, mesh.bounds)
     common_unit("source and target", meshes.values())
     part, opposite = Part(meshes["source"]), Part(meshes["target"])
+    for (name, mesh), each in zip(meshes.items(), (part, opposite), strict=True):
+        if each.closed and mesh.volume < 0:
+            warn(f"{name} has inward normals, so it is taken for a cavity; {name}.oriented() flips them")
     tolerance = _length("tolerance", tolerance, TOLERANCE, part.diagonal)
     reach = max(_length("reach", reach, REACH, part.diagonal), tolerance)
     limits = ContactLimits(tolerance, reach, checks.number("penetration", penetration, 0.0), *pair_limits(pairs, slack))

@@ -23,6 +23,9 @@ REACH = 3.0
 """First reach, in root mean square distances of the pairs, and last reach, in spacings of the points: a larger one
 finds farther, and mistakes what does not belong together."""
 
+CONTRADICTION = 0.25
+"""Distance of pairs after their motion, over that from their center, beyond which they do not belong together."""
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Alignment(Posed):
@@ -102,7 +105,7 @@ def align(
     Warns
     -----
     SimplexMeshWarning
-        No point of the source is near the target after the motion.
+        No point of the source is near the target after the motion, or the pairs contradict each other.
 
     References
     ----------
@@ -135,6 +138,8 @@ def align(
     overlap = float(found.inlier.mean())
     if refine and not overlap:
         warn("source has no points near target after the motion of the pairs: check their order and unit")
+    elif pairs_error > CONTRADICTION * float(np.sqrt(target_points.var(axis=0).sum())):
+        warn(f"no rigid motion brings the pairs nearer than {pairs_error:.3g}: check their order and unit")
     frozen = checks.frozen
     return Alignment(frozen(T), frozen(start), pairs_error, error, overlap, frozen(covariance))
 

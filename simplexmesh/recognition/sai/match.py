@@ -14,7 +14,7 @@ from simplexmesh._base.vectors import normalized
 from simplexmesh.recognition.sai import _kernels_rotations
 from simplexmesh.recognition.sai._kernels_rotations import SignaturePair
 from simplexmesh.recognition.sai.attribute_image import SAI
-from simplexmesh.recognition.sai.match_result import CANDIDATES, MINIMUM_ANGLE, Match
+from simplexmesh.recognition.sai.match_result import CANDIDATES, MINIMUM_ANGLE, Match, warn_of_sizes
 from simplexmesh.recognition.sai.partial_signatures import COMPLETE, Signature, scale_factor, signature_of
 from simplexmesh.recognition.sai.rotations import FAMILIES, GROUP_ORDER, Rotations, rotations
 from simplexmesh.recognition.sai.shift_matching import match_shifts
@@ -70,6 +70,11 @@ def match(
     ------
     ValueError, TypeError
 
+    Warns
+    -----
+    SimplexMeshWarning
+        The objects differ in size, so that no rigid motion maps one to the other.
+
     References
     ----------
     H. Delingette, thesis, 1994, section 6.3 (equations 6.2 to 6.4 and 6.8 to 6.10).
@@ -93,7 +98,7 @@ def match(
     if sai_a.topology != "sphere":
         if (method, refine, scale) != ("even", True, "auto"):
             raise ValueError(f"method, refine and scale are for signatures on spheres, not on a {sai_a.topology}")
-        return tuple(match_shifts(sai_a, sai_b, best, minimum_overlap, smoothing, limit))
+        return warn_of_sizes(tuple(match_shifts(sai_a, sai_b, best, minimum_overlap, smoothing, limit)))
     table = rotations(sai_a.frequency, method)
     domain = sphere_domain(sai_a.frequency)
     hypotheses: list[_Hypothesis] = []
@@ -106,7 +111,7 @@ def match(
             hypotheses.append(_Hypothesis(R, distance, common / min(a.seen.sum(), b.seen.sum()), factor, which, a, b))
     hypotheses.sort(key=lambda hypothesis: hypothesis.distance)
     keep = distinct(np.array([hypothesis.rotation for hypothesis in hypotheses]).reshape(-1, 3, 3), best)
-    return tuple(_as_match(hypotheses[k], sai_a, sai_b) for k in keep)
+    return warn_of_sizes(tuple(_as_match(hypotheses[k], sai_a, sai_b) for k in keep))
 
 
 def check_comparable(source: Any, target: Any) -> None:

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from simplexmesh._base.arrays import Array, Indices
+from simplexmesh._base.errors import warn
 from simplexmesh.numerics.rigid import point_to_plane_fit, rigid_fit, rotation_angle
 
 MINIMUM_ANGLE = np.radians(15.0)
@@ -15,6 +16,10 @@ MINIMUM_ANGLE = np.radians(15.0)
 
 CANDIDATES = 4
 """Number of hypotheses that are refined in a few steps, per hypothesis that is refined to the end: more take longer."""
+
+
+SIZES = {False: 1.1, True: 1.5}
+"""Ratio of sizes up to which objects count as of one size, and where one is incomplete, whose size is a guess."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -99,3 +104,13 @@ class Match:
             self.normals_target,
             rigid_fit(self.points_source, self.points_target),
         )
+
+
+def warn_of_sizes(found: tuple[Match, ...]) -> tuple[Match, ...]:
+    """Return matches, after a warning if the objects differ in size in the best: signatures do not, motions do."""
+    for best in found[:1]:
+        target, source = (np.linalg.norm(each - each.mean(axis=0)) for each in (best.points_target, best.points_source))
+        ratio = float(target / source)
+        if not 1 / SIZES[bool(best.scaled)] < ratio < SIZES[bool(best.scaled)]:
+            warn(f"target is {ratio:.3g} times as large as source in the best match: T_target_source does not scale")
+    return found

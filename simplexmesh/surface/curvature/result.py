@@ -140,7 +140,10 @@ class Curvature:
         ValueError
             An angle beyond pi, a tilt of a right angle or more.
         """
-        angles, tilts = np.asarray(angle, float), np.asarray(tilt, float)
+        angles, tilts = (
+            checks.array(name, value, (len(self.k1),) if np.ndim(value) else ())
+            for name, value in (("angle", angle), ("tilt", tilt))
+        )
         checks.angle("angle", float(np.abs(angles).max(initial=0.0)))
         if (np.abs(tilts) >= np.pi / 2).any():
             raise ValueError(f"tilt must be less than a right angle, not {np.abs(tilts).max():g}")

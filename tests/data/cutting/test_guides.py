@@ -108,6 +108,28 @@ def test_what_is_within_two_bodies_of_one_surface_counts_once(operation, volume)
     assert sm.boolean(other, both, "union").volume == pytest.approx(1.876 if operation == "union" else 1.875, rel=1e-9)
 
 
+@pytest.mark.parametrize("size", [0.5, 0.9])
+def test_a_body_inside_out_beside_others_is_refused(size):
+    """Its volume was taken away from theirs: one of 1 and one of 0.125 were 0.875."""
+    cube, other = box([0, 0, 0], [1, 1, 1]), box([0.6] * 3, [0.6 + size] * 3)
+    both = sm.TriangleMesh(
+        np.concatenate([cube.vertices, other.vertices]), np.concatenate([cube.faces, other.faces[:, ::-1] + 8])
+    )
+    with pytest.raises(ValueError, match=r"^second must be oriented outward, its part around \([\d., ]+\) is inward"):
+        sm.boolean(box([2.0] * 3, [3.0] * 3), both, "union")
+
+
+def test_that_a_cap_has_gaps_is_told():
+    cube = box([0, 0, 0], [1, 1, 1])
+    both = sm.TriangleMesh(
+        np.concatenate([cube.vertices, np.add(cube.vertices, [3, 0, 0])]),
+        np.concatenate([cube.faces, cube.faces[:, ::-1] + 8]),
+    )
+    with pytest.warns(sm.SimplexMeshWarning, match="^the cap has gaps, so the part is open"):
+        found = sm.clipped(both, (0, 0, 0.3), (0, 1, 1), cap=True)
+    assert not found.is_closed
+
+
 def test_cavities_of_bodies_stay():
     hollow, core = box([0, 0, 0], [1, 1, 1]), box([0.25] * 3, [0.75] * 3)
     shell = sm.TriangleMesh(

@@ -79,6 +79,14 @@ class TestOcclude:
         assert found.contact_area > 0.8 * UPPER.area
         assert found.penetration < 1e-4
 
+    @pytest.mark.parametrize("name", ["source", "target"])
+    def test_that_a_part_is_inside_out_is_told(self, name):
+        ball = sm.sphere(6).triangulated("dual")
+        parts = {"source": ball, "target": ball.scaled(0.95 if name == "source" else 1 / 0.95)}
+        parts[name] = sm.TriangleMesh(parts[name].vertices, parts[name].faces[:, ::-1])
+        with pytest.warns(sm.SimplexMeshWarning, match=f"^{name} has inward normals, so it is taken for a cavity"):
+            assert sm.occlude(**parts, tolerance=0.06).contact_area > 0  # a ball in a hole
+
     def test_three_feet_stand_on_the_ground(self):
         stool, n = feet([1, 0, 0.3], [-0.5, 0.9, 0.35], [-0.5, -0.8, 0.27])
         for lift in (0.0, -0.2):  # from above, and from within

@@ -296,6 +296,12 @@ class TestDoor:
         with pytest.raises(ValueError, match="target must have the frequency of source, 6, not 5"):
             sm.match(sai_of(bumpy(6)), sai_of(bumpy()))
 
+    @pytest.mark.parametrize("factor", [0.5, 1.3])
+    def test_that_objects_differ_in_size_is_told(self, factor):
+        one = bumpy()
+        with pytest.warns(sm.SimplexMeshWarning, match=f"^target is {factor} times as large as source in the best"):
+            sm.match(sai_of(one), sai_of(one.scaled(factor)))
+
     def test_not_a_signature(self):
         with pytest.raises(TypeError, match=r"source must be an SAI, made by sm\.sai, not SimplexMesh"):
             sm.match(bumpy(), sai_of(bumpy()))
