@@ -6,7 +6,9 @@ from pathlib import Path
 
 os.environ["PYVISTA_OFF_SCREEN"] = "true"
 
-from simplexmesh.bench import page, pictures
+from benchmark_charts import colors, convergence
+
+from simplexmesh.bench import page
 from simplexmesh.bench.run import measured
 from simplexmesh.bench.trials import candidates, ratings
 from simplexmesh.bench.truth.graphs import ARTICLE
@@ -15,7 +17,6 @@ from simplexmesh.plot.stage import picture
 DOCS = Path(__file__).parent
 PAGE = DOCS / "benchmark.md"
 COLUMNS = ("2.5k", "10k", "41k", "10k, 1 %", "10k, 10 %", "41k, 10 %", "ellipsoid 10k, 10 %")
-SHOWN = {"pointwise_H_cubic_6": "bench_curves", "map_H_monkey_saddle": "bench_colors"}
 
 
 def filled(text, name, content):
@@ -29,7 +30,8 @@ def filled(text, name, content):
 
 
 def main():
-    found = measured(list(ARTICLE.values()), candidates.named("all"), lambda share, what: print(f"{share:.0%} {what}"))
+    names = {kind: list(registry) for kind, registry in candidates.REGISTRIES.items()}
+    found = measured(list(ARTICLE.values()), names, lambda share, what: print(f"{share:.0%} {what}"))
     tables = {"rules": ratings.RULES, "borders": page.borders(found.border)}
     for kind, rows in found.ratings.items():
         tables[f"ratings of {kind}"] = page.rating_table(kind, rows)
@@ -40,10 +42,8 @@ def main():
     text = PAGE.read_text(encoding="utf-8")
     for name, content in tables.items():
         text = filled(text, name, content)
-    made = [*pictures.of_curves(found.curves["curvature"], ("cubic",)), *pictures.of_surfaces(found.names, few=True)]
-    for name, _, draw in made:
-        if name in SHOWN:
-            picture(DOCS / "images" / f"{SHOWN[name]}.png", draw())
+    picture(DOCS / "images" / "bench_curves.png", convergence(found.curves["curvature"]))
+    picture(DOCS / "images" / "bench_colors.png", colors(names["curvature"]))
     PAGE.write_text(text, encoding="utf-8")
     print(f"written: {PAGE}")
 

@@ -29,7 +29,7 @@ BELOW = {
     "recognition": BASE | {"mesh", "data", "orientation", "motion", "surface"},
     "cloud": BASE | {"mesh", "data", "orientation"},
     "plot": BASE | {"mesh", "data", "orientation", "motion", "surface", "recognition", "cloud"},
-    "bench": BASE | {"mesh", "data", "surface", "plot", "front"},
+    "bench": BASE | {"mesh", "data", "surface", "front"},
     "cli": BASE | {"mesh", "data", "orientation", "motion", "surface", "recognition", "cloud", "plot", "front"},
 }
 
@@ -64,7 +64,7 @@ DOORS = {
     "pye57": ["/data/io/survey/e57.py"],
     "OCP": ["/cloud/step.py"],
     "pyvista": [
-        *("/plot/*.py", "/bench/charts.py", "/data/io/vtk.py", "/data/conversion.py", "/data/io/polydata.py"),
+        *("/plot/*.py", "/data/io/vtk.py", "/data/conversion.py", "/data/io/polydata.py"),
         *("/cli/*.py", "/cloud/extraction/result.py", "/data/primitives/curve.py"),
     ],
     "vtkmodules": [

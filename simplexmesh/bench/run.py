@@ -1,22 +1,16 @@
-"""Run all trials, and write their tables, figures and page."""
+"""Run all trials."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 from simplexmesh._base.progress import Progress
-from simplexmesh.bench import pictures
-from simplexmesh.bench.page import index
-from simplexmesh.bench.report import INDEX
-from simplexmesh.bench.tables import as_csv
 from simplexmesh.bench.trials import meshes, ratings
 from simplexmesh.bench.trials.curve import Curve
-from simplexmesh.bench.trials.pointwise import Pointwise, rows_of, spreads, tilts
+from simplexmesh.bench.trials.pointwise import Pointwise, tilts
 from simplexmesh.bench.truth.graphs import Graph
-from simplexmesh.plot.stage import picture
 
 
 @dataclass
@@ -59,25 +53,3 @@ def measured(
             for name in names[kind]
         ]
     return found
-
-
-def write(found: Results, folder: Path, report: Progress, *, quick: bool = False) -> None:
-    """Write the tables, figures and page to an existing folder."""
-    curves = [*found.curves["curvature"], *found.curves["normals"]]
-    tables = {
-        "pointwise": rows_of(curves),
-        "spread": list(spreads(curves)),
-        "meshes": found.meshes,
-        "tilts": found.tilts,
-        "tori": found.tori,
-        "border": found.border,
-        **{f"ratings_{kind}": rows for kind, rows in found.ratings.items()},
-    }
-    for name, rows in tables.items():
-        (folder / f"{name}.csv").write_text(as_csv(rows), encoding="utf-8")
-    shown = [*pictures.of_curves(curves, ("cubic",) if quick else None), *pictures.of_surfaces(found.names, few=quick)]
-    for at, (name, _, draw) in enumerate(shown):
-        report(0.8 + 0.2 * at / len(shown), f"picture {name}")
-        picture(folder / f"{name}.png", draw())
-    captions = {name: caption for name, caption, _ in shown}
-    (folder / INDEX).write_text(index(found, captions, quick=quick), encoding="utf-8")

@@ -1,23 +1,11 @@
-"""Tables as CSV or Markdown."""
+"""Tables as Markdown."""
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Callable, Sequence
 from typing import Any
 
 Rows = Sequence[dict[str, Any]]
-
-
-def as_csv(rows: Rows) -> str:
-    """Return rows as CSV, one column for each key of the first."""
-    out = io.StringIO()
-    writer = csv.DictWriter(out, list(rows[0]) if rows else [], lineterminator="\n")
-    writer.writeheader()
-    for row in rows:
-        writer.writerow({name: f"{v:.10g}" if isinstance(v, float) else v for name, v in row.items()})
-    return out.getvalue()
 
 
 def as_markdown(rows: Rows, columns: Sequence[str] | None = None) -> str:

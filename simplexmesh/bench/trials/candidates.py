@@ -23,23 +23,6 @@ Estimate = tuple[str, str, Array]
 REGISTRIES = {"curvature": curvatures.METHODS, "normals": normal_estimates.METHODS}
 
 
-def named(wanted: str) -> dict[str, list[str]]:
-    """Return the methods of each kind that "all", or names separated by commas, select; a name may be of both kinds."""
-    names = chosen("methods", wanted, list(dict.fromkeys(name for each in REGISTRIES.values() for name in each)))
-    return {kind: [name for name in registry if name in names] for kind, registry in REGISTRIES.items()}
-
-
-def chosen(option: str, wanted: str, known: Sequence[str]) -> list[str]:
-    """Return the names in a comma-separated list, or all that are known; `option` names the list in errors."""
-    names = list(known) if wanted == "all" else [name.strip() for name in wanted.split(",") if name.strip()]
-    if not names:
-        raise ValueError(f"--{option} must name some of {', '.join(sorted(known))}, or be all")
-    for name in names:
-        if name not in known:
-            raise ValueError(f"--{option} must be all or among {', '.join(sorted(known))}, not {name!r}")
-    return names
-
-
 def estimates(
     kind: str,
     names: Sequence[str],

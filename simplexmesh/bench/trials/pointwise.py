@@ -48,26 +48,6 @@ class Pointwise:
         return [] if all(curve.failed for curve in out) else out
 
 
-def rows_of(curves: Sequence[Curve]) -> list[dict[str, Any]]:
-    """Return a table with a row per curve."""
-    return [
-        {
-            "method": c.method,
-            "quantity": c.quantity,
-            "surface": c.surface,
-            "scheme": c.scheme,
-            "neighbors": c.count,
-            "truth": float(c.truth) if c.truth.ndim == 0 else "",
-            **{f"error at {d:g}": c.error_at(d) for d in (0.5, 0.1, 0.0005)},
-            "order": "exact" if c.exact else c.order,
-            "monotone": c.monotone,
-            "has limit": c.has_limit,
-            "limit is correct": c.limit_is_correct,
-        }
-        for c in curves
-    ]
-
-
 def spreads(curves: Sequence[Curve]) -> Iterator[dict[str, Any]]:
     """Yield the range of estimates over the five schemes at equal distance, in scales; for normals, its diagonal."""
     groups: dict[tuple[Any, ...], list[Curve]] = {}

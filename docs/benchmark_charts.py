@@ -1,4 +1,4 @@
-"""Log-log line plots in panels, and scalars on surfaces in panels with one color scale."""
+"""The two pictures of the benchmark: errors over distance in panels, and a surface colored by each method."""
 
 from __future__ import annotations
 
@@ -9,11 +9,16 @@ import pyvista as pv
 from numpy.typing import ArrayLike
 
 from simplexmesh._base.arrays import Array
+from simplexmesh.bench.trials.candidates import estimates
+from simplexmesh.bench.trials.curve import Curve
+from simplexmesh.bench.truth.discretized import split_square
+from simplexmesh.bench.truth.graphs import graph
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.plot.camera import looked_at
 from simplexmesh.plot.color_scale import FAILED, bar, blue_to_red
 from simplexmesh.plot.polydata import colored
 from simplexmesh.plot.stage import COLORS_LIT, INK, grid
+from simplexmesh.surface.sampled_surface import SampledSurface
 
 Curves = Mapping[str, tuple[ArrayLike, ArrayLike]]
 
@@ -28,6 +33,26 @@ CHARTS, CHART, MAPS, MAP = 3, (430, 360), 5, (280, 225)
 
 MARGIN = 20
 """Margin of charts without axes, in pixels."""
+
+
+def convergence(found: Sequence[Curve]) -> pv.Plotter:
+    """Plot the error of H at the origin of the cubic over the distance of six neighbors, one panel per pattern."""
+    panels: dict[str, Curves] = {}
+    for c in found:
+        if (c.surface, c.quantity, c.count) == ("cubic", "H", 6):
+            panels[f"scheme {c.scheme}"] = panels.get(f"scheme {c.scheme}", {}) | {c.method: (c.distances, c.errors)}
+    labels = {"x_label": "distance d", "y_label": "error of H", "title": "cubic, 6 neighbors"}
+    return curves(panels, y_limits=(1e-9, 10.0), **labels)
+
+
+def colors(methods: Sequence[str]) -> pv.Plotter:
+    """Plot the mean curvature of the monkey saddle as each method finds it from exact normals."""
+    made = split_square(graph("monkey_saddle"), 32)
+    samples, normals = SampledSurface(made.vertices, made.faces), made.exact.normals
+    found = estimates("curvature", methods, samples, normals=normals)
+    panels = [("exact", made.mesh, made.exact.mean)]
+    panels += [(method, made.mesh, values) for method, of, values in found if of == "H"]
+    return maps(panels, name="mean curvature H", limits=(-1.0, 1.0))
 
 
 def curves(
