@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
@@ -22,17 +21,9 @@ def nearest_neighbors(points: Array, k: int = NEIGHBORS) -> csr_array:
 
     Points are to be on the surface: points off it are near where their residuals are alike.
     """
-    n = len(points)
-    index = cKDTree(points).query(points, k=range(1, min(k, n) + 1))[1]
-    return _averaging(np.repeat(np.arange(n), index.shape[1]), index.ravel(), n)
-
-
-def _averaging(rows: NDArray[np.integer], columns: NDArray[np.integer], count: int) -> csr_array:
-    """Return the matrix that averages over pairs, each of them once."""
-    out = csr_array((np.ones(len(rows)), (rows, columns)), shape=(count, count))
-    out.sum_duplicates()
-    out.data = np.repeat(1.0 / np.diff(out.indptr), np.diff(out.indptr))
-    return out
+    index = cKDTree(points).query(points, k=range(1, min(k, len(points)) + 1))[1]
+    share = np.full(index.size, 1.0 / index.shape[1])
+    return csr_array((share, index.ravel(), np.arange(0, index.size + 1, index.shape[1])), shape=(len(points),) * 2)
 
 
 def means(residuals: Array, averaging: csr_array) -> Array:
