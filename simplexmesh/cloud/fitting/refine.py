@@ -29,9 +29,6 @@ ROUNDS = 20
 WITHIN = 3.0
 """Deviations of the noise; what is farther away is an outlier, as 3 of 1000 points are by chance."""
 
-FINAL = 2
-"""The best initial values are refined to the end."""
-
 THIN = 4.0
 """Of the rms distance: thinner tubes and balls are inside a layer of noise, whose least squares they often are."""
 
@@ -79,12 +76,9 @@ def fitted(kind: str, cloud: Cloud, mask: Mask | None, *, robust: bool, start: P
     found = [_improved(each, few, mask, robust=robust) for each in tried]
     if not found:
         return None
-    for at in (few, cloud.some):
-        if at is cloud.some:
-            found = [steady(each, at, mask) if robust else solve(each, at, fixed=mask) for each in found[:FINAL]]
-        off = {id(each): spread(each, at, robust=robust) for each in found}
-        found.sort(key=lambda each: (is_thin(each, at, off[id(each)]), off[id(each)]))
-    return found[0]
+    off = [spread(each, few, robust=robust) for each in found]
+    best = found[min(range(len(found)), key=lambda k: (is_thin(found[k], few, off[k]), off[k]))]
+    return steady(best, cloud.some, mask) if robust else solve(best, cloud.some, fixed=mask)
 
 
 def is_thin(primitive: Primitive, points: Array, off: float) -> bool:
