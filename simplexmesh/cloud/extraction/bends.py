@@ -22,9 +22,6 @@ from simplexmesh.numerics.round_fits import between_axes
 ALIKE = 0.2
 """Share by which the radii of two pipes may differ, which are fitted to a part of them, with a part of the bend."""
 
-PIECE = 0.8
-"""Share of a pipe's points that are of a bend between others, above which it is a piece of that."""
-
 WIDEST = 12.0
 """Radius of a bend, in radii of the pipe."""
 
@@ -47,8 +44,6 @@ def proposed(work: Working, primitives: list[Primitive], members: list[Indices],
     pipes = [k for k, each in enumerate(primitives) if isinstance(each, Cylinder)]
     tried = [between(work, tree, primitives, members, pair, limits) for pair in combinations(pipes, 2)]
     found = [each for each in tried if each is not None]
-    inside = {k for k in pipes for bend in found if k not in (bend.first, bend.second) and within(members[k], bend)}
-    found = [each for each in found if not inside & {each.first, each.second}]
     taken: set[tuple[int, int]] = set()
     out = []
     for bend in sorted(found, key=lambda each: -each.evidence):
@@ -57,11 +52,6 @@ def proposed(work: Working, primitives: list[Primitive], members: list[Indices],
             taken |= ends
             out.append(bend)
     return out
-
-
-def within(members: Indices, bend: Bend) -> bool:
-    """Return whether a pipe is but a piece of a bend between others, as short pieces look straight."""
-    return len(np.intersect1d(members, bend.members)) > PIECE * len(members)
 
 
 def end_of(work: Working, pipe: Primitive, members: Indices, corner: Array) -> int:
