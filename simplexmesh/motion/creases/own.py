@@ -73,7 +73,7 @@ def _least_tangled(cut: Cut, count: int, target: Triangles) -> tuple[Sharpened, 
         mesh = _unfolded(mesh, rows, parts, parts.of(coarse)[rows])
         tangled = tangled_vertices(mesh)
         if best is None or tangled.sum() < fewest:
-            print("tangled",tangled.sum(),mesh.n_vertices); best, fewest = Sharpened(mesh, target, opened.paths), int(tangled.sum())
+            best, fewest = Sharpened(mesh, target, opened.paths), int(tangled.sum())
         if not fewest:
             break
         near = cKDTree(mesh.vertices[tangled]).query(vertices, distance_upper_bound=AROUND * mean_edge(mesh))[0]
