@@ -10,7 +10,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from simplexmesh._base.arrays import Array, Indices, Mask
-from simplexmesh._base.vectors import norm
+from simplexmesh._base.vectors import dot, norm, normalized
 from simplexmesh.data.cutting.dividing import divided
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh.manifold import half_edge_mates
@@ -65,6 +65,29 @@ class Cut:
             if chain:
                 out.append(np.array(chain))
         return out
+
+    def without_strips(self, near: Mask, width: float) -> Cut:
+        """Return the surface not cut along the flatter side of narrow parts of which some vertices (n,) are near."""
+        vertices, faces = self.surface.vertices, self.surface.faces
+        areas = np.bincount(self.parts, 0.5 * norm(self.surface.face_vectors))
+        rows = np.flatnonzero(self.sharp)
+        of, other = self.parts[rows // 3], self.parts[self.mates[rows] // 3]
+        lengths = norm(np.diff(vertices[self.ends[rows]], axis=1)[:, 0])
+        narrow = 2 * areas < width * np.bincount(of, lengths, len(areas))
+        narrow &= np.bincount(self.parts, near[faces].any(axis=1), len(areas)) > 0
+        normals = normalized(self.surface.face_vectors)
+        turned = lengths * (1 - dot(normals[rows // 3], normals[self.mates[rows] // 3]))
+        pairs, at = np.unique(of * len(areas) + other, return_inverse=True)
+        bend = np.bincount(at, turned) / np.bincount(at, lengths)
+        joined = set()
+        for part in np.flatnonzero(narrow).tolist():
+            beside = np.flatnonzero((pairs // len(areas) == part) & (pairs % len(areas) != part))
+            if len(beside) > 1:
+                joined.add(int(pairs[beside[np.argmin(bend[beside])]]))
+        gone = rows[np.isin(of * len(areas) + other, sorted(joined))]
+        sharp = self.sharp.ravel().copy()
+        sharp[gone] = sharp[self.mates[gone]] = False
+        return Cut(self.surface, sharp.reshape(-1, 3))
 
     def coarsened(self, count: int, weights: Array) -> tuple[Cut, Array]:
         """Return the surface with fewer triangles, and the places (t, 3, 3) halfway along the lines at its half-edges.

@@ -30,18 +30,21 @@ FINER = 1.5
 ATTEMPTS, DEARER, AROUND = 6, 4.0, 1.5
 """How often a model that folds is made again, with vertices that many times as dear within some edges of the folds."""
 
+NARROW = 0.25
+"""In mean edges: parts no wider are joined to one beside them if faces fold there."""
+
 MOST_OFF = 0.1
 """Share by which the number of vertices may differ from the one asked for."""
 
-MOST_TANGLED = 0.01
+MOST_TANGLED = 0.03
 """Share of vertices on folded faces of a model that is still better than one found without the triangles' edges."""
 
 
 def model_along(target: Triangles, points: Array, count: int) -> tuple[Sharpened, int] | None:
     """Return a mesh of about `count` vertices along the sharp edges of a closed surface, and how many are tangled.
 
-    None without edges, if its `points` (n, 3) speak against them, if it is noisier than the mesh is to be near, if the edges
-    need more vertices, or many faces fold.
+    None without edges, if its `points` (n, 3) speak against them, if it is noisier than the mesh is to be near, if the
+    edges need more vertices, or many faces fold.
     """
     surface = TriangleMesh(target.vertices, target.faces, {}, target.unit)
     network, edge = feature_lines(surface), float(np.sqrt(surface.area / count))
@@ -61,10 +64,11 @@ def _least_tangled(cut: Cut, count: int, target: Triangles) -> tuple[Sharpened, 
 
     It is made again with more vertices where they are, until none is or some attempts are done.
     """
-    parts, weights, vertices = Parts(cut), np.ones(cut.surface.n_vertices), cut.surface.vertices
-    corners = int(np.maximum(np.bincount(cut.ends[cut.sharp.ravel(), 0]) - 2, 0).sum())  # with vertices of their own
+    weights, vertices = np.ones(cut.surface.n_vertices), cut.surface.vertices
     best, fewest = None, count
     for _ in range(ATTEMPTS):
+        parts, degree = Parts(cut), np.bincount(cut.ends[cut.sharp.ravel(), 0])
+        corners = int(np.maximum(degree - 2, 0).sum())  # with vertices of their own
         coarse, middles = cut.coarsened(count - corners, weights)
         opened = Opened(coarse, middles)
         creased = on_paths(opened.paths, opened.count)
@@ -76,8 +80,9 @@ def _least_tangled(cut: Cut, count: int, target: Triangles) -> tuple[Sharpened, 
             best, fewest = Sharpened(mesh, target, opened.paths), int(tangled.sum())
         if not fewest:
             break
-        near = cKDTree(mesh.vertices[tangled]).query(vertices, distance_upper_bound=AROUND * mean_edge(mesh))[0]
-        weights[np.isfinite(near)] *= DEARER
+        away = cKDTree(mesh.vertices[tangled]).query(vertices, distance_upper_bound=AROUND * mean_edge(mesh))[0]
+        weights[np.isfinite(away)] *= DEARER
+        cut = cut.without_strips(np.isfinite(away), NARROW * mean_edge(mesh))
     assert best is not None
     return best, fewest
 

@@ -20,6 +20,7 @@ from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.duality import dual
 from simplexmesh.mesh.manifold import half_edge_mates
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.mesh.triangles import _kernels_relaxation
 from simplexmesh.mesh.triangles._kernels_half_edges import MIN_COSINE
 from simplexmesh.motion.start import _kernels_remesh
 from simplexmesh.motion.start.topology import euler, pinched, thickened
@@ -122,7 +123,7 @@ def relaxed(vertices: Array, faces: Indices) -> tuple[Array, Indices]:
         first = np.full(len(positions), -1)
         first[corners] = np.arange(len(corners))
         for _ in range(2):
-            _kernels_remesh.relax_round(positions, corners, mates, first, 0.5)
+            _kernels_relaxation.relax_round(positions, corners, mates, first, 0.5)
     return positions, corners.reshape(-1, 3)
 
 

@@ -8,7 +8,7 @@ from simplexmesh._base.arrays import Array, Mask
 from simplexmesh._base.named_arrays import taken
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh import manifold
-from simplexmesh.motion.start._kernels_remesh import relax_round
+from simplexmesh.mesh.triangles._kernels_relaxation import relax_round
 from simplexmesh.surface.features import _kernels_flips, _kernels_removal
 from simplexmesh.surface.features._kernels_removal import Order
 from simplexmesh.surface.features.simplify import no_change, quadrics_of, starts, watched
@@ -17,7 +17,7 @@ EVENNESS = 0.05
 """Of an edge, how far off a surface may be if that makes its triangles as much more even."""
 
 RELAXATIONS = 5
-"""Rounds."""
+"""Rounds after each of three rounds of removal: vertices off lines to the middle of their triangles."""
 
 LONGEST = 4.0
 """Of the root of the mean area, that no edge exceeds."""
@@ -32,10 +32,12 @@ def coarsened(mesh: TriangleMesh, sharp: Mask, count: int, weights: Array) -> tu
     others move along the surface to the middle of their triangles.
     """
     faces, n = mesh.faces.astype(np.int64), mesh.n_vertices
-    mates, radius = manifold.half_edge_mates(faces), float(np.sqrt(mesh.area / count))
-    tri, spheres = watched(mesh.vertices.copy(), faces, mates, np.full(n, radius), np.zeros(n, bool))
+    radius = float(np.sqrt(mesh.area / count))
+    local = (mesh.vertices - mesh.vertices.mean(axis=0)) / radius
+    mates, radii, frozen = manifold.half_edge_mates(faces), np.ones(n), np.zeros(n, bool)
+    tri, spheres = watched(local, faces, mates, radii, frozen)
     tri.sharp[:] = sharp.ravel()
-    quadrics, change, longest = quadrics_of(tri), no_change(), (LONGEST * radius) ** 2
+    quadrics, change, longest = quadrics_of(tri), no_change(), LONGEST**2
     for share in (2.0, 1.4, 1.0):  # flips between leave vertices fewer triangles
         surplus = (tri.corners >= 0).sum() / 3 + tri.sharp.sum() - share * count
         order = Order(longest, EVENNESS**2, float(surplus), weights)
@@ -49,5 +51,6 @@ def coarsened(mesh: TriangleMesh, sharp: Mask, count: int, weights: Array) -> tu
     corners = tri.corners.reshape(-1, 3)
     left = np.flatnonzero(corners[:, 0] >= 0)
     used, index = np.unique(corners[left], return_inverse=True)
-    out = TriangleMesh(tri.vertices[used], index.reshape(-1, 3), taken(mesh.data, used), mesh.unit)
+    vertices = mesh.vertices[used] + radius * (tri.vertices - local)[used]
+    out = TriangleMesh(vertices, index.reshape(-1, 3), taken(mesh.data, used), mesh.unit)
     return out, tri.sharp.reshape(-1, 3)[left]

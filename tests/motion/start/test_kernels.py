@@ -12,6 +12,7 @@ from scipy.spatial import ConvexHull
 
 from simplexmesh.mesh.manifold import half_edge_mates
 from simplexmesh.mesh.shapes import torus
+from simplexmesh.mesh.triangles import _kernels_relaxation
 from simplexmesh.motion.start import _kernels_remesh, _kernels_topology, topology
 from simplexmesh.orientation import _kernels_grid
 from tests.motion.start import reference as reference
@@ -124,7 +125,7 @@ def test_relaxing(seed, step):
     first = np.full(len(vertices), -1)
     first[corners] = np.arange(len(corners))
     out = vertices.copy()
-    _kernels_remesh.relax_round(out, corners, mates, first, step)
+    _kernels_relaxation.relax_round(out, corners, mates, first, step)
     assert_allclose(out, reference.relax_round(vertices, faces, step), atol=1e-12)
     assert np.abs(out - vertices).max() > 0
 
