@@ -21,7 +21,7 @@ from simplexmesh.surface.features.lines.network import FeatureNetwork
 
 
 @dataclass(frozen=True)
-class Cut:
+class CutSurface:
     """A closed surface, and its half-edges (t, 3) along which it is cut."""
 
     surface: TriangleMesh
@@ -66,7 +66,7 @@ class Cut:
                 out.append(np.array(chain))
         return out
 
-    def without_strips(self, near: Mask, width: float) -> Cut:
+    def without_strips(self, near: Mask, width: float) -> CutSurface:
         """Return the surface not cut along the flatter side of narrow parts of which some vertices (n,) are near."""
         vertices, faces = self.surface.vertices, self.surface.faces
         areas = np.bincount(self.parts, 0.5 * norm(self.surface.face_vectors))
@@ -87,16 +87,16 @@ class Cut:
         gone = rows[np.isin(of * len(areas) + other, sorted(joined))]
         sharp = self.sharp.ravel().copy()
         sharp[gone] = sharp[self.mates[gone]] = False
-        return Cut(self.surface, sharp.reshape(-1, 3))
+        return CutSurface(self.surface, sharp.reshape(-1, 3))
 
-    def coarsened(self, count: int, weights: Array) -> tuple[Cut, Array]:
+    def coarsened(self, count: int, weights: Array) -> tuple[CutSurface, Array]:
         """Return the surface with fewer triangles, and the places (t, 3, 3) halfway along the lines at its half-edges.
 
         `count` and `weights` are those of `coarsened`. Its lines have some of the vertices of these.
         """
         n = self.surface.n_vertices
         numbered = TriangleMesh(self.surface.vertices, self.surface.faces, {"number": np.arange(n)}, self.surface.unit)
-        coarse = Cut(*coarsened(numbered, self.sharp, count, weights))
+        coarse = CutSurface(*coarsened(numbered, self.sharp, count, weights))
         number = coarse.surface.data["number"].astype(np.int64)
         left = np.isin(np.arange(n), number)
         keys, middles = [np.zeros(0, np.int64)], [np.zeros((0, 3))]
@@ -116,10 +116,10 @@ class Cut:
         return coarse, out
 
 
-def cut_along(network: FeatureNetwork, longest: float) -> Cut:
+def cut_along(network: FeatureNetwork, longest: float) -> CutSurface:
     """Return a closed surface cut along its lines, its edges divided until none is longer than a length."""
     surface, n = network.mesh, network.mesh.n_vertices
-    given = Cut(surface, np.zeros(surface.faces.shape, bool))
+    given = CutSurface(surface, np.zeros(surface.faces.shape, bool))
     chains = [np.append(line.vertices, line.vertices[: int(line.closed)]) for line in network.lines]
     steps = np.concatenate([np.stack([chain[:-1], chain[1:]], axis=1) for chain in chains])
     sharp = np.flatnonzero(np.isin(np.sort(given.ends, axis=1) @ [n, 1], np.sort(steps, axis=1) @ [n, 1]))
@@ -127,4 +127,4 @@ def cut_along(network: FeatureNetwork, longest: float) -> Cut:
     fine = divided(surface, longest)
     of = Triangles(surface).closest(fine.vertices[fine.faces].mean(axis=1))[2].astype(np.int64)
     beside = of[half_edge_mates(fine.faces.astype(np.int64)) // 3]
-    return Cut(fine, np.isin(of[:, None] * surface.n_faces + beside, across))
+    return CutSurface(fine, np.isin(of[:, None] * surface.n_faces + beside, across))

@@ -12,36 +12,43 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from simplexmesh._base.arrays import Array, Indices
+from simplexmesh._base.vectors import cross, dot, norm
 from simplexmesh.mesh.duality import dual
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.creases.cut import Cut
+from simplexmesh.motion.creases.cut import CutSurface
 from simplexmesh.motion.creases.paths import JOINED, Path
 
-ON_FIRST = 1 / 3
-"""Share of an edge at which its first vertex is if there is one at the corner where it starts; else it is there."""
+ARM = 1 / 3
+"""Of an edge that ends at a corner, how far from it the next vertex is."""
 
 
-class Opened:
+class OpenedTriangles:
     """Closed triangles opened along lines.
 
     Parameters
     ----------
-    cut : Cut
+    cut : CutSurface
         The triangles, and the half-edges on lines.
     middles : (t, 3, 3) array of float
         For these the place on the line in the middle between their ends.
     """
 
-    def __init__(self, cut: Cut, middles: Array) -> None:
+    def __init__(self, cut: CutSurface, middles: Array) -> None:
         self.vertices, self.start, self.mates = cut.surface.vertices, cut.ends[:, 0], cut.mates
         self.sharp, self.middles = cut.sharp.ravel(), middles.reshape(-1, 3)
         turned = np.arange(cut.sharp.size).reshape(-1, 3)
         self.after, self.before = np.roll(turned, -1, axis=1).ravel(), np.roll(turned, 1, axis=1).ravel()
         self.degree = np.bincount(self.start[self.sharp], minlength=len(self.vertices))
+        self.at_corner = self.sharp & (self.degree[self.start] > 2)
+        to_next, to_last = (
+            self.vertices[self.start[turn]] - self.vertices[self.start] for turn in (self.after, self.before)
+        )
         smooth = np.flatnonzero(~self.sharp)
         pairs = smooth, self.after[self.mates[smooth]]
         graph = csr_array((np.ones(len(smooth), bool), pairs), shape=(len(self.start),) * 2)
         self.copies = connected_components(graph, directed=False)[1]  # of its start, the one that a half-edge leaves
+        angles = np.arctan2(norm(cross(to_next, to_last)), dot(to_next, to_last))
+        self.angles = np.bincount(self.copies, angles)
         self.triangles, self.places = [self.copies.reshape(-1, 3)], [self.vertices[cut.surface.faces].mean(axis=1)]
         self.paths: list[Path] = []
         self.exits: dict[int, int] = {}  # the added triangle at its start, where lines meet, of a half-edge on one
@@ -91,18 +98,31 @@ class Opened:
         place = np.repeat(self.vertices[[vertex]], 2, axis=0)
         self.paths += [Path(-1, numbers[i : i + 2], place, closed=False) for i in range(k - 3)]
 
+    def _places_along(self, chain: Indices, back: Indices) -> Array:
+        """Return the places (2k, 3) of the two vertices of each edge of a line.
+
+        One is at the start, the other halfway; those next to a corner, which has one, are a part of the edge from it.
+        """
+        start, end, middle = self.vertices[self.start[chain]], self.vertices[self.start[back]], self.middles[chain]
+        first = np.where(self.at_corner[chain], ARM, 0.0)[:, None]
+        last = np.where(self.at_corner[back, None], 1 - ARM, 0.5 + 0.5 * first)
+        one, two = start + 2 * first * (middle - start), middle + (2 * last - 1) * (end - middle)
+        return np.stack([one, two], axis=1).reshape(-1, 3)
+
     def _open_chain(self, chain: Indices) -> None:
         """Add two triangles for each edge of a line, one at an end where nothing else is sharp, and the line's path."""
         back = self.mates[chain]
         here, there = self.copies[chain], self.copies[self.after[chain]]
         across, beyond = self.copies[self.after[back]], self.copies[back]
-        corner = self.degree[self.start[chain]] > 2
-        start, end, middle = self.vertices[self.start[chain]], self.vertices[self.start[back]], self.middles[chain]
-        one = np.where(corner[:, None], start + 2 * ON_FIRST * (middle - start), start)
-        two = np.where(corner[:, None], middle + ON_FIRST * (end - middle), middle)
-        triangles = np.stack([here, across, beyond, here, beyond, there], axis=1).reshape(-1, 3)
+        wide = self.at_corner[chain] * (self.angles[here] - self.angles[across])
+        wide += self.at_corner[back] * (self.angles[beyond] - self.angles[there])
+        of_these, of_others = [here, across, beyond, here, beyond, there], [here, across, there, across, beyond, there]
+        triangles = np.where(wide > 0, of_others, of_these).T.reshape(
+            -1, 3
+        )  # wider copies get one vertex there, not two
+        places = self._places_along(chain, back)
         real = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
-        numbers = self._added(triangles[real], np.stack([one, two], axis=1).reshape(-1, 3)[real])
+        numbers = self._added(triangles[real], places[real])
         ends = [[self.exits[h]] if h in self.exits else [] for h in (int(chain[0]), int(back[-1]))]
         vertices = np.concatenate([ends[0], numbers, ends[1]]).astype(np.int64)
         closed = bool(self.degree[self.start[chain[0]]] == 2) or (len(vertices) > 1 and vertices[0] == vertices[-1])

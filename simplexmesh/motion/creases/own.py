@@ -10,11 +10,11 @@ from simplexmesh.data.cutting.dividing import divided
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.creases.cut import Cut, cut_along
+from simplexmesh.motion.creases.cut import CutSurface, cut_along
 from simplexmesh.motion.creases.evidence import evidence
 from simplexmesh.motion.creases.line import CreaseLine
 from simplexmesh.motion.creases.lines import resolution
-from simplexmesh.motion.creases.opening import Opened
+from simplexmesh.motion.creases.opening import OpenedTriangles
 from simplexmesh.motion.creases.paths import on_paths
 from simplexmesh.motion.creases.sharpening import PERTURBATION, Sharpened
 from simplexmesh.motion.creases.unfolding import unfolded
@@ -59,7 +59,7 @@ def model_along(target: Triangles, points: Array, count: int) -> tuple[Sharpened
     return (found, tangled) if fits else None
 
 
-def _least_tangled(cut: Cut, count: int, target: Triangles) -> tuple[Sharpened, int]:
+def _least_tangled(cut: CutSurface, count: int, target: Triangles) -> tuple[Sharpened, int]:
     """Return a model along the lines of a surface, and how many of its vertices are tangled.
 
     It is made again with more vertices where they are, until none is or some attempts are done.
@@ -70,7 +70,7 @@ def _least_tangled(cut: Cut, count: int, target: Triangles) -> tuple[Sharpened, 
         parts, degree = Parts(cut), np.bincount(cut.ends[cut.sharp.ravel(), 0])
         corners = int(np.maximum(degree - 2, 0).sum())  # with vertices of their own
         coarse, middles = cut.coarsened(count - corners, weights)
-        opened = Opened(coarse, middles)
+        opened = OpenedTriangles(coarse, middles)
         creased = on_paths(opened.paths, opened.count)
         mesh = opened.mesh().with_data(crease=creased.astype(np.uint8))
         rows = np.flatnonzero(~creased)
@@ -90,13 +90,13 @@ def _least_tangled(cut: Cut, count: int, target: Triangles) -> tuple[Sharpened, 
 class Parts:
     """The parts of a surface that is cut, each as one to be near to."""
 
-    def __init__(self, cut: Cut) -> None:
+    def __init__(self, cut: CutSurface) -> None:
         surface, self._of = cut.surface, cut.parts
         self._whole = Triangles(surface)
         masks = [self._of == k for k in range(self._of.max() + 1)]
         self._surfaces = [Triangles(TriangleMesh(surface.vertices, surface.faces[mask])) for mask in masks]
 
-    def of(self, coarse: Cut) -> Indices:
+    def of(self, coarse: CutSurface) -> Indices:
         """Return the part (t,) that triangles of a coarser surface are of: that of most of the same part of it."""
         nearest = self._of[self._whole.closest(coarse.surface.vertices[coarse.surface.faces].mean(axis=1))[2]]
         votes = np.zeros((coarse.parts.max() + 1, len(self._surfaces)), np.int64)

@@ -26,7 +26,7 @@ def unfolded(mesh: SimplexMesh, free: Mask) -> SimplexMesh:
     """Return a mesh with some vertices (n,) moved little, so that their faces, and their neighbors, turn one way.
 
     Triangles between sides and centers of faces, and those of the neighbors of free vertices, get areas of at least a
-    share of the mean of their faces, seen along the normals that these have now.
+    share of the mean there, or of their faces if that is less, seen along the normals that these have now.
     """
     c, rows = mesh.connectivity, np.flatnonzero(free)
     if not len(rows):
@@ -43,7 +43,7 @@ def unfolded(mesh: SimplexMesh, free: Mask) -> SimplexMesh:
 
     back = [corner[:, rows].T.tocsr() for corner in corners]  # from triangles to free vertices
     share = np.abs(areas(places)[0][: len(of)])
-    of_face = np.bincount(of, share) / np.bincount(of)
+    of_face = np.minimum(np.bincount(of, share) / np.bincount(of), share.mean())
     around = of_face[np.searchsorted(faces, c.vertex_faces[rows])].mean(axis=1)
     whole = np.concatenate([of_face[of], PER_VERTEX * around])
     length = float(np.sqrt(whole.mean()))

@@ -7,7 +7,7 @@ import math
 
 from simplexmesh._base._kernels_njit import njit
 from simplexmesh.mesh.triangles._kernels_half_edges import cosine, flip, following, is_adjacent, previous
-from simplexmesh.numerics._kernels_vectors import difference, plus
+from simplexmesh.numerics._kernels_vectors import difference, norm, plus
 from simplexmesh.surface.features._kernels_tolerance import (
     MIN_COSINE,
     REMOVED,
@@ -22,8 +22,11 @@ from simplexmesh.surface.features._kernels_tolerance import (
 LEAST_GAIN = 1e-6
 """In radians: flips of less could go on for ever, as rounding errors decide."""
 
-FLAT = 0.985
-"""Cosine between triangles of one smooth part: ten degrees."""
+FLAT = 0.996
+"""Cosine between triangles of one smooth part and their mean: five degrees."""
+
+SLIVER = 1e-4
+"""Of the areas of two triangles, that of one whose normal is of rounding errors."""
 
 MOST_SWEEPS = 100
 """A tenth is enough for surfaces; triangles without area have normals of rounding errors, and would never end."""
@@ -77,7 +80,11 @@ def _evening(tri, h):
     a, b, c, d = tri.corners[h], tri.corners[g], tri.corners[previous(h)], tri.corners[previous(g)]
     one, two = normal_of(tri, a, b, c), normal_of(tri, b, a, d)
     first, second = normal_of(tri, a, d, c), normal_of(tri, d, b, c)
-    if min(cosine(one, two), cosine(first, second), cosine(one, first), cosine(one, second)) < FLAT:
+    mean = plus(one, two, 1.0)
+    for normal in (one, two):
+        if norm(normal) > SLIVER * norm(mean) and cosine(normal, mean) < FLAT:
+            return -1.0
+    if not min(cosine(first, mean), cosine(second, mean)) > FLAT:
         return -1.0
     return max(_widest(tri, a, b, c), _widest(tri, b, a, d)) - max(_widest(tri, a, d, c), _widest(tri, d, b, c))
 

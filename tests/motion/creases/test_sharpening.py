@@ -5,11 +5,9 @@ import numpy as np
 import pytest
 
 import simplexmesh as sm
-from simplexmesh.mesh.duality import dual
 from simplexmesh.mesh.triangles.self_intersection import self_intersections
 from simplexmesh.motion.creases import sharpening
 from simplexmesh.motion.creases.evidence import Evidence
-from simplexmesh.motion.creases.lines import own_lines
 from tests.motion.creases.test_paths import CORNERS
 from tests.nightly.marks import nightly
 
@@ -268,17 +266,6 @@ def test_the_twelve_triangles_of_a_thin_plate_keep_their_edges_and_corners(sides
     corners = np.linalg.norm(model.mesh.vertices[None] - plate.vertices[:, None], axis=2).min(axis=1)
     assert corners.max() < 0.3  # edges of the mesh are of 1 to 2
     assert model.tangled == 0
-
-
-def test_lines_of_bodies_that_the_model_leaves_out_are_none_of_its_own():
-    cube = manifold3d.Manifold.cube([1, 1, 1])
-    both = (cube + cube.translate([3, 0, 0])).to_mesh()
-    surface = sm.TriangleMesh(both.vert_properties.astype(float), both.tri_verts)
-    one = sm.TriangleMesh(surface.vertices[:8], surface.faces[surface.faces.max(axis=1) < 8])
-    mesh = dual(sm.divided(one, 0.1))
-    lines = own_lines(surface, mesh)
-    assert len(lines) == 12
-    assert max(line.points[:, 0].max() for line in lines) - min(line.points[:, 0].min() for line in lines) < 1.01
 
 
 def test_where_edges_find_no_way_along_sharp_ones_the_model_says_so(monkeypatch):
