@@ -20,6 +20,10 @@ from simplexmesh.numerics.blending import blended
 OPERATIONS = ("difference", "union", "intersection")
 
 
+NEGLIGIBLE = 1e-6
+"""Share of the volume of all bodies: what is inward and smaller is let be."""
+
+
 def boolean(first: Any, second: Any, operation: str = "difference") -> TriangleMesh:
     """Return the difference, union or intersection of two closed surfaces: guides, molds, negatives.
 
@@ -118,8 +122,9 @@ def _solid(manifold3d: Any, mesh: TriangleMesh, number: int, name: str) -> Any:
     if apart and not inward:
         return found
     whole = manifold3d.Manifold.batch_boolean(outward, manifold3d.OpType.Add)  # what is within two would count twice
+    size = sum(body.volume() for body in outward)
     for body in inward:
-        if 10 * (_turned(manifold3d, body) - whole).volume() > -body.volume():
+        if -body.volume() > NEGLIGIBLE * size and 5 * (_turned(manifold3d, body) - whole).volume() > -body.volume():
             place = ", ".join(f"{x:.4g}" for x in np.reshape(body.bounding_box(), (2, 3)).mean(axis=0))
             raise ValueError(f"{name} must be oriented outward, its part around ({place}) is inward, and no cavity")
     return found if inward else whole

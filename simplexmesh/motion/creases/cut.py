@@ -66,6 +66,11 @@ class CutSurface:
                 out.append(np.array(chain))
         return out
 
+    @property
+    def corners(self) -> int:
+        """The number of vertices that the corners of three edges of lines and more will have."""
+        return int(np.maximum(np.bincount(self.ends[self.sharp.ravel(), 0]) - 2, 0).sum())
+
     def without_strips(self, near: Mask, width: float) -> CutSurface:
         """Return the surface not cut along the flatter side of narrow parts of which some vertices (n,) are near."""
         vertices, faces = self.surface.vertices, self.surface.faces

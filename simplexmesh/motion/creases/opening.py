@@ -94,7 +94,7 @@ class OpenedTriangles:
         ways = self.middles[order] - self.vertices[vertex]
         lean = JOINED * (ways[1:-1] + ways[2:] + ways[0]) / 3 if k > 3 else np.zeros((1, 3))
         numbers = self._added(triangles, self.vertices[vertex] + lean)
-        self.exits |= dict(zip(order, [numbers[-1], numbers[0], *numbers], strict=False))
+        self.exits |= dict(zip(order, [numbers[-1], numbers[0], *numbers], strict=True))
         place = np.repeat(self.vertices[[vertex]], 2, axis=0)
         self.paths += [Path(-1, numbers[i : i + 2], place, closed=False) for i in range(k - 3)]
 
@@ -125,7 +125,8 @@ class OpenedTriangles:
         numbers = self._added(triangles[real], places[real])
         ends = [[self.exits[h]] if h in self.exits else [] for h in (int(chain[0]), int(back[-1]))]
         vertices = np.concatenate([ends[0], numbers, ends[1]]).astype(np.int64)
-        closed = bool(self.degree[self.start[chain[0]]] == 2) or (len(vertices) > 1 and vertices[0] == vertices[-1])
-        vertices = vertices[: len(vertices) - int(vertices[0] == vertices[-1])] if len(vertices) > 1 else vertices
+        turned_back = len(vertices) > 1 and vertices[0] == vertices[-1]
+        closed = bool(turned_back or self.degree[self.start[chain[0]]] == 2)
+        vertices = vertices[: len(vertices) - int(turned_back)]
         if len(vertices) > 1:
             self.paths.append(Path(0, vertices, np.concatenate(self.places)[vertices], closed))

@@ -6,10 +6,15 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices
+from simplexmesh._base.errors import TopologyError
+from simplexmesh._base.progress import Progress
 from simplexmesh.data.cutting.dividing import divided
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh.check import tangled_vertices
+from simplexmesh.mesh.manifold import half_edge_mates
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.mesh.triangles.topology import vertex_fans
+from simplexmesh.mesh.triangulation import fan
 from simplexmesh.motion.creases.cut import CutSurface, cut_along
 from simplexmesh.motion.creases.evidence import evidence
 from simplexmesh.motion.creases.line import CreaseLine
@@ -19,7 +24,7 @@ from simplexmesh.motion.creases.paths import on_paths
 from simplexmesh.motion.creases.sharpening import PERTURBATION, Sharpened
 from simplexmesh.motion.creases.unfolding import unfolded
 from simplexmesh.motion.model.state import mean_edge
-from simplexmesh.motion.targets.triangles import Triangles
+from simplexmesh.motion.targets.triangles import Triangles, surface_distance
 from simplexmesh.motion.topology.face_regions import dilated
 from simplexmesh.surface.features.coarsened import EVENNESS
 from simplexmesh.surface.features.feature_lines import feature_lines
@@ -36,40 +41,60 @@ NARROW = 0.25
 MOST_OFF = 0.1
 """Share by which the number of vertices may differ from the one asked for."""
 
-MOST_TANGLED = 0.03
-"""Share of vertices on folded faces of a model that is still better than one found without the triangles' edges."""
+MOST_TANGLED, HOPELESS = 0.01, 0.05
+"""Share of vertices on folded faces up to which a model is taken, and from which it is given up after two attempts."""
+
+FARTHEST = 0.03
+"""Mean distance of the points from a model, in roots of the area of a vertex, up to which it is taken."""
+
+MOST_TRIANGLES = 200_000
+"""Of the surface, and when it is divided: each attempt takes seconds for each hundred thousand."""
 
 
-def model_along(target: Triangles, points: Array, count: int) -> tuple[Sharpened, int] | None:
+def model_along(target: Triangles, points: Array, count: int, report: Progress) -> tuple[Sharpened, int] | None:
     """Return a mesh of about `count` vertices along the sharp edges of a closed surface, and how many are tangled.
 
-    None without edges, if its `points` (n, 3) speak against them, if it is noisier than the mesh is to be near, if the
-    edges need more vertices, or many faces fold.
+    None without edges, if its `points` (n, 3) speak against them or are far from the mesh, if it touches itself or is
+    noisier than the mesh is to be near, if the edges need more vertices, or many faces fold.
     """
-    surface = TriangleMesh(target.vertices, target.faces, {}, target.unit)
-    network, edge = feature_lines(surface), float(np.sqrt(surface.area / count))
-    if 4 * network.noise > EVENNESS * edge:
+    surface = TriangleMesh(target.vertices, target.faces, {}, target.unit).welded(report=False)
+    edge, side = float(np.sqrt(surface.area / count)), resolution(surface.area / len(points), 0.0)
+    if surface.n_faces > MOST_TRIANGLES or _touches_itself(surface):
         return None
+    network = feature_lines(surface)
     lines = [CreaseLine(line.points, line.closed, 0.0) for line in network.lines]
-    side = resolution(surface.area / len(points), 0.0)
-    if not lines or evidence(lines, divided(network.mesh, side), points, side).together() <= 0:
+    noisy = 4 * network.noise > EVENNESS * edge
+    if noisy or not lines or evidence(lines, divided(network.mesh, side), points, side).together() <= 0:
         return None
-    found, tangled = _least_tangled(cut_along(network, FINER * edge), count, target)
+    cut = cut_along(network, FINER * edge)
+    if cut.corners > count / 2 or cut.surface.n_faces > MOST_TRIANGLES:
+        return None
+    found, tangled = _least_tangled(cut, count, target, report)
     fits = abs(found.mesh.n_vertices / count - 1) < MOST_OFF and tangled <= MOST_TANGLED * count
-    return (found, tangled) if fits else None
+    away = surface_distance(points, *fan(found.mesh.vertices, found.mesh.connectivity))
+    return (found, tangled) if fits and away.mean() < FARTHEST * edge else None
 
 
-def _least_tangled(cut: CutSurface, count: int, target: Triangles) -> tuple[Sharpened, int]:
+def _touches_itself(surface: TriangleMesh) -> bool:
+    """Return whether more than two triangles share an edge of a surface, or those at a vertex are not one fan."""
+    try:
+        mates = half_edge_mates(surface.faces.astype(np.int64))
+    except TopologyError:
+        return True
+    return int(vertex_fans(surface.faces, mates).max()) + 1 > len(np.unique(surface.faces))
+
+
+def _least_tangled(cut: CutSurface, count: int, target: Triangles, report: Progress) -> tuple[Sharpened, int]:
     """Return a model along the lines of a surface, and how many of its vertices are tangled.
 
     It is made again with more vertices where they are, until none is or some attempts are done.
     """
     weights, vertices = np.ones(cut.surface.n_vertices), cut.surface.vertices
     best, fewest = None, count
-    for _ in range(ATTEMPTS):
-        parts, degree = Parts(cut), np.bincount(cut.ends[cut.sharp.ravel(), 0])
-        corners = int(np.maximum(degree - 2, 0).sum())  # with vertices of their own
-        coarse, middles = cut.coarsened(count - corners, weights)
+    for attempt in range(ATTEMPTS):
+        report(0.1 + 0.8 * attempt / ATTEMPTS, "along its sharp edges")
+        parts = Parts(cut)
+        coarse, middles = cut.coarsened(count - cut.corners, weights)
         opened = OpenedTriangles(coarse, middles)
         creased = on_paths(opened.paths, opened.count)
         mesh = opened.mesh().with_data(crease=creased.astype(np.uint8))
@@ -78,7 +103,7 @@ def _least_tangled(cut: CutSurface, count: int, target: Triangles) -> tuple[Shar
         tangled = tangled_vertices(mesh)
         if best is None or tangled.sum() < fewest:
             best, fewest = Sharpened(mesh, target, opened.paths), int(tangled.sum())
-        if not fewest:
+        if not fewest or (attempt and fewest > HOPELESS * count):
             break
         away = cKDTree(mesh.vertices[tangled]).query(vertices, distance_upper_bound=AROUND * mean_edge(mesh))[0]
         weights[np.isfinite(away)] *= DEARER
@@ -126,7 +151,7 @@ def _unfolded(mesh: SimplexMesh, rows: Indices, parts: Parts, part: Indices) -> 
     for rings in (1, 2, 3):
         if not tangled.any():
             break
-        other = laid(unfolded(mesh, dilated(tangled, mesh.neighbors, rings) & free))
+        other = laid(unfolded(mesh, dilated(tangled, mesh.neighbors, rings) & free, even=False))
         still = tangled_vertices(other)
         if still.sum() < tangled.sum():
             mesh, tangled = other, still

@@ -13,7 +13,7 @@ from simplexmesh.mesh.face_geometry import face_normals
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 
 LEAST = 0.3
-"""Area of a triangle, in means of those of its face, above which it is let be."""
+"""Area of a triangle, in means of those of its kind, above which it is let be."""
 
 PER_VERTEX = 3.0
 """Area of the triangle of the neighbors of a vertex, in those between sides and centers of regular hexagons."""
@@ -22,11 +22,11 @@ HELD = 0.03
 """Weight of squared moves, in roots of mean areas."""
 
 
-def unfolded(mesh: SimplexMesh, free: Mask) -> SimplexMesh:
+def unfolded(mesh: SimplexMesh, free: Mask, *, even: bool = True) -> SimplexMesh:
     """Return a mesh with some vertices (n,) moved little, so that their faces, and their neighbors, turn one way.
 
     Triangles between sides and centers of faces, and those of the neighbors of free vertices, get areas of at least a
-    share of the mean there, or of their faces if that is less, seen along the normals that these have now.
+    share of the mean, of each face alone if they are not `even`, seen along the normals that the faces have now.
     """
     c, rows = mesh.connectivity, np.flatnonzero(free)
     if not len(rows):
@@ -42,10 +42,13 @@ def unfolded(mesh: SimplexMesh, free: Mask) -> SimplexMesh:
         return dot(cross(q - p, r - p), normals), cross(r - p, normals), cross(normals, q - p)
 
     back = [corner[:, rows].T.tocsr() for corner in corners]  # from triangles to free vertices
-    share = np.abs(areas(places)[0][: len(of)])
-    of_face = np.minimum(np.bincount(of, share) / np.bincount(of), share.mean())
-    around = of_face[np.searchsorted(faces, c.vertex_faces[rows])].mean(axis=1)
-    whole = np.concatenate([of_face[of], PER_VERTEX * around])
+    whole = np.abs(areas(places)[0])
+    if even:
+        whole[: len(of)], whole[len(of) :] = whole[: len(of)].mean(), whole[len(of) :].mean()
+    else:
+        of_face = np.bincount(of, whole[: len(of)]) / np.bincount(of)
+        around = of_face[np.searchsorted(faces, c.vertex_faces[rows])].mean(axis=1)
+        whole = np.concatenate([of_face[of], PER_VERTEX * around])
     length = float(np.sqrt(whole.mean()))
 
     def cost(moves: Array) -> tuple[float, Array]:

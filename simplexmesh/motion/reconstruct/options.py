@@ -89,9 +89,13 @@ class Options:
             object.__setattr__(self, name, value)
 
     @property
-    def leave_all_to_us(self) -> bool:
-        """Whether nothing is wanted but a number of vertices and which components."""
-        return self == Options("auto", self.vertices, self.components, None, 500, 1, None, None, None, None, None)
+    def is_plain(self) -> bool:
+        """Whether nothing is asked for but a number of vertices, which components, and that there be no holes."""
+        plain = Options(
+            init="auto", vertices=self.vertices, components=self.components, tunnels=None, iterations=500, rigidity=1,
+            adaptation=None, placement=None, holes="none" if self.holes == "none" else None, handles=None, refine=None,
+        )  # fmt: skip
+        return self == plain
 
     @property
     def first_vertices(self) -> int:

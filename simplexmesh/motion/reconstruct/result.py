@@ -154,14 +154,15 @@ class Reconstruction:
         Mean, rms, 95th percentile and maximum distance, from mesh to data and from data to mesh, in the data's unit.
         NaN when the run was interrupted before they were measured.
     history : tuple of State
-        One state per iteration.
+        One state per iteration; none for a model made along the sharp edges of triangles.
     converged : bool
         Whether the mesh came to rest within the iterations.
     start : SimplexMesh
         The start mesh.
     found : StartReport or None
         Report of the automatic start: grid, genus, tunnels sealed, pieces dropped. Also where a sphere did not come to
-        the genus of the data, and the model continued from the automatic start.
+        the genus of the data, and the model continued from the automatic start. None for a start that was given, and
+        for a model made along the sharp edges of triangles.
     tangled : int or None
         Number of vertices on faces that are folded or intersect others after untangling: 0, unless the model is too
         coarse for the data or of another topology. `mesh.check(self_intersections=True)` lists them. None when the

@@ -20,19 +20,16 @@ from simplexmesh.motion.targets.labels import LabelSurface
 MOST_POINTS = 40_000
 """Of an isosurface, drawn at random, for its sharp edges."""
 
-MOST_TRIANGLES = 200_000
-"""Of a surface along whose own sharp edges a model is made: it takes seconds for each hundred thousand."""
-
 
 def along_edges(data: Input, options: Options, report: Progress) -> Run | None:
     """Return the model of closed triangles made along their sharp edges, near them as it is; None where that fails."""
-    if not (isinstance(data, TrianglesInput) and options.leave_all_to_us and data.oriented):
+    if not (isinstance(data, TrianglesInput) and options.is_plain and data.oriented):
         return None
     surface, points = data.source, data.samples().points
     several = surface.n_components > 1 and data.components != "all"
-    if several or surface.n_faces > MOST_TRIANGLES or surface.volume <= 0:
+    if several or surface.volume <= 0:
         return None
-    made = model_along(data.target, points, options.vertices)
+    made = model_along(data.target, points, options.vertices, report)
     if made is None:
         return None
     found, tangled = made
@@ -62,7 +59,7 @@ def sharpen(run: Run) -> None:
 
 
 def _take(run: Run, found: Sharpened, tangled: int) -> None:
-    """Make a model with creases, of which some vertices are tangled, that of a run."""
+    """Make a model with creases that of a run; so many of its vertices are tangled."""
     run.target, run.creases, run.tangled = found.target, found.creases(), tangled
     stale = dict.fromkeys(name for name in found.mesh.contours if name.startswith("crease_"))
     lines = [Contour(found.mesh, line.vertices, line.closed) for line in run.creases]

@@ -26,6 +26,9 @@ finds farther, and mistakes what does not belong together."""
 CONTRADICTION = 0.25
 """Distance of pairs after their motion, over that from their center, beyond which they do not belong together."""
 
+AGREED = 0.9
+"""Share of the source that is on the target however coarse the pairs were."""
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Alignment(Posed):
@@ -138,7 +141,7 @@ def align(
     overlap = float(found.inlier.mean())
     if refine and not overlap:
         warn("source has no points near target after the motion of the pairs: check their order and unit")
-    elif pairs_error > CONTRADICTION * float(np.sqrt(target_points.var(axis=0).sum())):
+    elif overlap < AGREED and pairs_error > CONTRADICTION * float(np.sqrt(target_points.var(axis=0).sum())):
         warn(f"no rigid motion brings the pairs nearer than {pairs_error:.3g}: check their order and unit")
     frozen = checks.frozen
     return Alignment(frozen(T), frozen(start), pairs_error, error, overlap, frozen(covariance))
