@@ -362,15 +362,15 @@ def scanned_part():
 
 def parts():
     """Two parts of CAD, and their models of 4,000 vertices with their sharp edges."""
-    plotter = pv.Plotter(shape=(1, 4), border=False)
-    for column, file in enumerate(("featuretype.stl", "abc8.stl")):
+    plotter = pv.Plotter(shape=(2, 2), border=False)
+    for row, file in enumerate(("featuretype.stl", "abc8.stl")):
         part = sm.read(DATA / file)
-        for place, surface in ((2 * column, part), (2 * column + 1, sm.reconstruct(part, vertices=4000).mesh)):
-            plotter.subplot(0, place)
+        for column, surface in enumerate((part, sm.reconstruct(part, vertices=4000).mesh)):
+            plotter.subplot(row, column)
             sm.plot.surface(surface, edges=surface is not part, plotter=plotter)
             plotter.camera_position = "iso"
-            plotter.camera.zoom(1.25)
-    plotter.window_size = 2400, 640
+            plotter.camera.zoom(1.2)
+    plotter.window_size = 1800, 1300
     return [plotter]
 
 
@@ -389,7 +389,7 @@ PICTURES = {  # name: what draws it, row by row, and its width in pixels
     "landscape": (demo("recognition", "show_landscape"), 1080),
     "measure": (lambda: [page("measure")["picture"]], 800),
     "occlusion": (occlusion, 1500),
-    "parts": (parts, 1600),
+    "parts": (parts, 1400),
     "poses": (poses, 1000),
     "primitives": (primitives, 1500),
     "print": (printed, 1200),
