@@ -236,6 +236,19 @@ class TestDiameters:
         line = sm.follow_pipe(points, points[np.abs(points[:, 0] - pick).argmin()])
         assert [element.kind for element in line.elements] == ["straight"]
 
+    @pytest.mark.parametrize("seed", [0, 1])
+    def test_a_head_of_a_vessel_beside_whose_axis_a_pipe_ends_is_no_reducer(self, seed):
+        rng = np.random.default_rng(seed)
+        pipe = sampled(chain_of([[0.0, 0, 0], [14.3, 0, 0]], [], 1.0), rng, 30.0, 0.01)[0]
+        shell = sampled(chain_of([[15.2, 0.7, 0], [22, 0.7, 0]], [], 2.4), rng, 30.0, 0.01)[0]
+        head = rng.normal(size=(9000, 3)) / [2, 1, 1]
+        head *= -2.4 * np.sign(head[:, :1]) / np.linalg.norm(head * [2, 1, 1], axis=1)[:, None]
+        head += [15.2, 0.7, 0]
+        head = head[np.hypot(head[:, 1], head[:, 2]) > 1]
+        line = sm.follow_pipe(np.concatenate([pipe, head, shell]), pipe[np.abs(pipe[:, 0] - 4).argmin()])
+        assert [element.kind for element in line.elements] == ["straight"]
+        assert sorted(line.stops) == ["end", "obstacle"]
+
     @pytest.mark.parametrize(("scale", "wrong"), [(1e300, "reach to"), (1e-300, "be")])
     def test_lengths_whose_products_overflow_are_refused(self, scale, wrong):
         with pytest.raises(ValueError, match=rf"^cloud must be within .*, not {wrong} .* another unit$"):
