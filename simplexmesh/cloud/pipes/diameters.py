@@ -109,7 +109,7 @@ def _may_join(radius: float, other: ArrayLike, offset: ArrayLike) -> Mask:
 
 
 def is_joint(around: Surroundings, chain: Chain, deviation: float, k: int, between: Array) -> bool:
-    """Whether points are seen all along a change of the radius, as beside it, and few off it between heights of pipes."""
+    """Whether points are seen all along a change of the radius, as beside it, and few off it between the pipes."""
     j, low, high = int(chain.changes[k, 0]), *chain.changes[k, 1:]
     wide = float(chain.radii[k : k + 2].max())
     feet = chain.feet(around.points[near_surface(around, chain, BAND * wide)])
