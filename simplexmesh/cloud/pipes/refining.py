@@ -68,7 +68,7 @@ def off_axis(around: Surroundings, chain: Chain, deviation: float) -> Chain:
         tried = replace(chain, offsets=offsets)
         matrix, downhill, _ = tried.normal_equations(points, loss_scale=WITHIN * deviation)
         gain = downhill @ np.linalg.pinv(matrix, hermitian=True) @ downhill / deviation**2
-        chain = _drawn_out(tried, k) if gain > SUPERFLUOUS * np.log(len(points)) else chain
+        chain = _drawn_out(tried, int(k)) if gain > SUPERFLUOUS * np.log(len(points)) else chain
     return chain
 
 
