@@ -164,7 +164,8 @@ def fill_row(axis, place, columns, values):
     else:
         columns[count], values[count] = sizes + change + 1, -1.0
         count += 1
-    return fill_offsets(axis, piece, along, out, flat, ends + 2 * len(axis.changes), count, columns, values), distance
+    out = flat * out[0], flat * out[1], flat * out[2]
+    return fill_offsets(axis, piece, along, out, ends + 2 * len(axis.changes), count, columns, values), distance
 
 
 @lean
@@ -180,7 +181,7 @@ def fill_straight(axis, j, along, slope, away, out, columns, values):
 
 
 @lean
-def fill_offsets(axis, piece, along, out, flat, first, count, columns, values):
+def fill_offsets(axis, piece, along, out, first, count, columns, values):
     """Add the derivatives by the offsets on the segments of a piece, which turn those and move what is behind them."""
     for k in range(len(axis.changes)):
         segment = axis.changes[k, 0]
@@ -191,7 +192,7 @@ def fill_offsets(axis, piece, along, out, flat, first, count, columns, values):
         for a in range(3):
             columns[count] = first + 3 * k + a
             if piece % 2 == 0:
-                values[count] = -values[3 + a] - share * flat * out[a]
+                values[count] = -values[3 + a] - share * out[a]
             else:
                 values[count] = values[a] if segment == piece // 2 else -values[6 + a]
             count += 1

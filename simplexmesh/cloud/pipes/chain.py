@@ -23,6 +23,9 @@ MOST_ANGLE = np.radians(170)
 SHORTEST = 1e-6
 """Length of a straight, in radii, that is none."""
 
+LEAST_CHANGE = 1e-4
+"""Length of a change of the radius, in radii, at least: more than what its derivatives are differences over."""
+
 
 class Feet(NamedTuple):
     """Where points are nearest to the axis of a chain, which goes on straight at its ends.
@@ -77,8 +80,9 @@ class Chain:
     offsets: Array = field(default_factory=lambda: np.zeros((0, 3)))
 
     def __post_init__(self) -> None:
-        if len(self.offsets) != len(self.changes):
+        if not len(self.offsets):
             object.__setattr__(self, "offsets", np.zeros((len(self.changes), 3)))
+        checks.array("offsets", self.offsets, (len(self.changes), 3))
         for each in fields(self):
             object.__setattr__(self, each.name, checks.frozen(getattr(self, each.name)))
 
@@ -255,7 +259,10 @@ class Chain:
 
     def stepped(self, step: ArrayLike) -> Chain:
         """Return the chain with its parameters moved; bends stay wide enough for the pipe, and short enough."""
-        return self.moved(step).fitting()
+        moved = self.moved(step)
+        if (np.diff(moved.changes[:, 1:]) < LEAST_CHANGE * self.radii.min()).any():
+            raise ValueError("changes of the radius must be of some length")
+        return moved.fitting()
 
     def moved(self, step: ArrayLike) -> Chain:
         """Return the chain with its parameters moved, whether or not bends then have room."""
@@ -263,8 +270,6 @@ class Chain:
         cuts = np.cumsum([each.size for each in self._parameters[:-1]])
         parts = [part.reshape(old.shape) for part, old in zip(np.split(moves, cuts), self._parameters, strict=True)]
         corners, bends, radii, ends, offsets = (old + part for part, old in zip(parts, self._parameters, strict=True))
-        if (ends[:, 1] <= ends[:, 0]).any():
-            raise ValueError("changes of the radius must be of some length")
         changes = np.column_stack([self.changes[:, 0], ends])
         if self.eccentric.any():
             along = Chain(corners, bends, radii, changes, offsets).directions[self.changes[:, 0].astype(int)]

@@ -9,7 +9,7 @@ from simplexmesh._base.arrays import Array, Mask
 from simplexmesh._base.vectors import cross, dot, norm, tangents
 from simplexmesh.cloud.pipes.chain import Chain
 from simplexmesh.cloud.pipes.refining import near_surface
-from simplexmesh.cloud.pipes.tolerances import ALIKE, FACING, FEWEST, PARALLEL
+from simplexmesh.cloud.pipes.tolerances import ALIKE, BAND, FACING, FEWEST, PARALLEL
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import JUMP, SPREAD
 
@@ -20,7 +20,7 @@ PEAKED = 0.04
 """Deviation over the radius of the distances from the axis of points on one pipe."""
 
 COAXIAL = 0.15
-"""Offset in radii of axes that are taken for one."""
+"""Offset in radii of axes that are joined as one at first: whether they are is told when the line is fitted."""
 
 NEAREST, FARTHEST = 0.5, 8.0
 """Heights in radii between which a pipe on a parallel axis begins: behind a reducer, which may be seen from the narrow
@@ -34,6 +34,9 @@ DRAWS = 400
 
 SECTIONS, SEEN = 4, 0.3
 """Of an eccentric reducer, and the share of the points of the pipes beside it that each has at least."""
+
+CLOSE = 0.9
+"""Of the points between pipes that a reducer joins, share that the noise explains, at least: heads of vessels bulge."""
 
 
 def next_radius(around: Surroundings, place: Array, direction: Array) -> tuple[float, Array] | None:
@@ -105,15 +108,18 @@ def _may_join(radius: float, other: ArrayLike, offset: ArrayLike) -> Mask:
     return np.less(offset, np.abs(np.subtract(other, radius)) + PEAKED * np.maximum(radius, other))
 
 
-def is_joint(around: Surroundings, chain: Chain, k: int) -> bool:
-    """Whether points are seen all along a change of the radius, as on both of its sides."""
+def is_joint(around: Surroundings, chain: Chain, deviation: float, k: int, between: Array) -> bool:
+    """Whether points are seen all along a change of the radius, as beside it, and few off it between the pipes."""
     j, low, high = int(chain.changes[k, 0]), *chain.changes[k, 1:]
     wide = float(chain.radii[k : k + 2].max())
-    feet = chain.feet(around.points[near_surface(around, chain, PEAKED * wide)])
-    height = feet.along[feet.piece == 2 * j]
+    feet = chain.feet(around.points[near_surface(around, chain, BAND * wide)])
+    off, height = np.abs(feet.distance[feet.piece == 2 * j]), feet.along[feet.piece == 2 * j]
+    here = off[(height > min(low, between[0])) & (height < max(high, between[1]))]
+    height = height[off < PEAKED * wide]
     beside = [((height > start) & (height < start + wide)).sum() / wide for start in (low - wide, high)]
     counts = np.histogram(height, bins=np.linspace(low, high, SECTIONS + 1))[0] * SECTIONS / (high - low)
-    return bool(high - low > norm(chain.offsets[k]) and counts.min() > SEEN * min(beside))
+    seen = high - low > norm(chain.offsets[k]) and counts.min() > SEEN * min(beside)
+    return bool(seen and (here < 3 * deviation).sum() > CLOSE * len(here))
 
 
 def joined(one: Chain, other: Chain) -> Chain | None:

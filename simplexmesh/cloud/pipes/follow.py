@@ -176,11 +176,8 @@ def _coaxial(around: Surroundings, chain: Chain, gap: float) -> tuple[Chain, str
 
 
 def _eccentric(around: Surroundings, chain: Chain, gap: float) -> tuple[Chain, str] | None:
-    """Return a chain with the pipe of another radius behind an eccentric reducer, if there is one, and why that ends.
-
-    Its last bend may be what the reducer looks like.
-    """
-    for one in filter(None, (chain, without_last_bend(chain))):
+    """Return a chain with the pipe behind an eccentric reducer, if there is one, and why that ends."""
+    for one in filter(None, (chain, without_last_bend(chain))):  # a bend may be what the reducer looks like
         along = one.directions[-1]
         found = next_beside(around, one.corners[-1], along)
         if found is None:
@@ -193,9 +190,10 @@ def _eccentric(around: Surroundings, chain: Chain, gap: float) -> tuple[Chain, s
             longer = joined(one, more)
             if longer is None:
                 continue
-            near = beside(around, longer, gap)
-            longer = refined(near, longer)[0]
-            if is_joint(near, longer, len(one.changes)):
+            near, k = beside(around, longer, gap), len(one.changes)
+            between = longer.changes[k, 1:]
+            longer, deviation = refined(near, longer)
+            if is_joint(near, longer, deviation, k, between):
                 return longer, ends[1]
     return None
 

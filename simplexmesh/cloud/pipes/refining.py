@@ -57,7 +57,10 @@ def refined(around: Surroundings, chain: Chain) -> tuple[Chain, float]:
 
 
 def off_axis(around: Surroundings, chain: Chain, deviation: float) -> Chain:
-    """Return a chain with all those reducers eccentric that points ask for, by what a step promises to take off."""
+    """Return a chain with all those reducers eccentric that points ask for, by what a step promises to take off.
+
+    These are drawn out, as reducers on one axis become steps in fits to those that are not.
+    """
     points = around.points[near_surface(around, chain, WITHIN * deviation)]
     for k in np.flatnonzero(~chain.eccentric):
         offsets = chain.offsets.copy()
@@ -65,8 +68,19 @@ def off_axis(around: Surroundings, chain: Chain, deviation: float) -> Chain:
         tried = replace(chain, offsets=offsets)
         matrix, downhill, _ = tried.normal_equations(points, loss_scale=WITHIN * deviation)
         gain = downhill @ np.linalg.pinv(matrix, hermitian=True) @ downhill / deviation**2
-        chain = tried if gain > SUPERFLUOUS * np.log(len(points)) else chain
+        chain = _drawn_out(tried, int(k)) if gain > SUPERFLUOUS * np.log(len(points)) else chain
     return chain
+
+
+def _drawn_out(chain: Chain, k: int) -> Chain:
+    """Return a chain whose change k is as long as the pipe is wide, if there is room."""
+    j, middle = int(chain.changes[k, 0]), chain.changes[k, 1:].mean()
+    others = np.delete(chain.changes, k, axis=0)
+    beside = [*chain.limits[j], *others[others[:, 0] == j, 1:].ravel()]
+    half = min(max(np.ptp(chain.changes[k, 1:]) / 2, chain.radii[k]), np.abs(beside - middle).min())
+    changes = chain.changes.copy()
+    changes[k, 1:] = middle - half, middle + half
+    return replace(chain, changes=changes)
 
 
 def held(around: Surroundings, chain: Chain) -> Mask:

@@ -160,6 +160,21 @@ def test_bends_are_kept_as_wide_as_the_pipe_and_off_each_other():
     assert (np.diff(tight.limits, axis=1) > -1e-9).all()
 
 
+def test_changes_stay_longer_than_what_their_derivatives_are_differences_over():
+    """The radius of a step changes over next to nothing, whose deviations are told all the same."""
+    sooner = np.append(np.zeros(REDUCED.n_parameters - 1), -1.0)
+    short = REDUCED.stepped((1 - 1e-4) * sooner)
+    elements, _ = elements_of(short, around(short, 50), np.eye(short.n_parameters), np.zeros(3))
+    assert [each.kind[0] for each in elements] == [*"sbsrsbs"]
+    with pytest.raises(ValueError, match="some length"):
+        REDUCED.stepped((1 - 5e-6) * sooner)
+
+
+def test_offsets_are_one_for_each_change():
+    with pytest.raises(ValueError, match="offsets must have shape"):
+        replace(REDUCED, offsets=np.ones((2, 3)))
+
+
 def test_bends_at_the_ends_of_a_line_have_room():
     """Their outer straights are drawn out, as nothing says that a line ends where its points do."""
     chain = chain_of([[0, 0, 0], [3.0, 0, 0], [3, 3, 0]], [3.0], 1.0)
