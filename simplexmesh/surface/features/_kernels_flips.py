@@ -22,8 +22,8 @@ from simplexmesh.surface.features._kernels_tolerance import (
 LEAST_GAIN = 1e-6
 """In radians: flips of less could go on for ever, as rounding errors decide."""
 
-FLAT = 0.996
-"""Cosine between triangles of one smooth part and their mean: five degrees."""
+FLAT = 0.985
+"""Cosine between triangles of one smooth part: ten degrees."""
 
 SLIVER = 1e-4
 """Of the areas of two triangles, that of one whose normal is of rounding errors."""
@@ -81,10 +81,11 @@ def _evening(tri, h):
     one, two = normal_of(tri, a, b, c), normal_of(tri, b, a, d)
     first, second = normal_of(tri, a, d, c), normal_of(tri, d, b, c)
     mean = plus(one, two, 1.0)
-    for normal in (one, two):
-        if norm(normal) > SLIVER * norm(mean) and cosine(normal, mean) < FLAT:
-            return -1.0
-    if not min(cosine(first, mean), cosine(second, mean)) > FLAT:
+    if norm(one) < SLIVER * norm(mean):
+        one = mean
+    if norm(two) < SLIVER * norm(mean):
+        two = mean
+    if min(cosine(one, two), cosine(first, second), cosine(one, first), cosine(one, second)) < FLAT:
         return -1.0
     return max(_widest(tri, a, b, c), _widest(tri, b, a, d)) - max(_widest(tri, a, d, c), _widest(tri, d, b, c))
 

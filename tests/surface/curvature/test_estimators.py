@@ -1019,7 +1019,7 @@ class TestResult:
         assert found.along(0) == pytest.approx(found.k1)
         assert found.along(-np.pi / 2) == pytest.approx(found.k2)
         assert found.along(np.full(240, np.pi / 4)) == pytest.approx(found.mean)
-        for degrees in (90, -90, [0.0, 45.0]):
+        for degrees in (90, -90, np.linspace(0, 45, 240)):
             with pytest.raises(ValueError, match=r"^angle must be in radians, at most 3.14159, not [49]"):
                 found.along(degrees)
 

@@ -116,8 +116,8 @@ def test_creases_of_simplified_scans_are_found(noise, kind):
         network = sm.feature_lines(sm.simplify(given.mesh, 4 * noise * given.edge))
         scores.append(crease_score(paths(network), given))
         zones.append(len(sm.zones(network.mesh, network)) / len(given.kinds))
-    assert np.mean([each.precision for each in scores]) > 0.85
-    assert np.mean([each.recall for each in scores]) > 0.85
+    assert np.mean([each.precision for each in scores]) > 0.8
+    assert np.mean([each.recall for each in scores]) > 0.8
     assert 0.8 < np.mean(zones) < 1.4
 
 
