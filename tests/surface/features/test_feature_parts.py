@@ -118,7 +118,7 @@ def test_creases_of_simplified_scans_are_found(noise, kind):
         zones.append(len(sm.zones(network.mesh, network)) / len(given.kinds))
     assert np.mean([each.precision for each in scores]) > 0.8
     assert np.mean([each.recall for each in scores]) > 0.8
-    assert 0.8 < np.mean(zones) < 1.4
+    assert 0.7 < np.mean(zones) < 1.4
 
 
 @pytest.mark.parametrize("kind", ["aligned", IRREGULAR])
