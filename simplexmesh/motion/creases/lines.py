@@ -26,9 +26,8 @@ def crease_lines(mesh: SimplexMesh, points: Array, noise: float) -> tuple[list[C
     """Return the sharp edges of points (n, 3) near a closed mesh, the longest first, and the surface they are on."""
     surface, side = TriangleMesh(*surface_through(mesh, points, noise)), resolution(mesh.area / len(points), noise)
     found = without_loops(feature_lines(surface), side)
-    return joined(
-        [CreaseLine(line.points, line.closed, float(line.angle.mean())) for line in found.lines], side
-    ), surface
+    lines = [CreaseLine(line.points, line.closed, float(line.angle.mean())) for line in found.lines]
+    return joined(lines, side), surface
 
 
 def resolution(area: float, noise: float) -> float:

@@ -64,6 +64,7 @@ class Triangles(BuiltInTarget):
         self.faces = np.ascontiguousarray(mesh.faces, dtype=np.int64)
         self._normals = normalized(triangle_vectors(self.vertices, self.faces))
         self._on_border = border_sides(self.faces)
+        self._touching = ON_SURFACE * float(np.ptp(self.vertices, axis=0).max())
         self._tree = igl.AABB()
         self._tree.init(self.vertices, self.faces)
 
@@ -87,7 +88,7 @@ class Triangles(BuiltInTarget):
         agrees = (facing > 0.2) | (straight & (facing > -0.2))
         if not self.oriented:
             agrees = (np.abs(facing) > 0.2) | straight
-        agrees |= distance <= ON_SURFACE * float(np.ptp(self.vertices, axis=0).max())
+        agrees |= distance <= self._touching
         agrees &= ~(self._beyond_border(closest, faces) & (np.abs(along) < 0.8 * distance))
         return np.where(agrees & (distance <= reach) & known.all(axis=1), along, np.nan)
 
@@ -99,7 +100,7 @@ class Triangles(BuiltInTarget):
         """
         _, closest, faces = self.closest(points)
         inward = -self._normals[faces]
-        start = closest + ON_SURFACE * float(np.ptp(self.vertices, axis=0).max()) * inward
+        start = closest + self._touching * inward
         hit, way, _ = self._tree.intersect_ray_first(self.vertices, self.faces, start, inward)
         return np.where(np.asarray(hit).ravel() < 0, np.nan, dot(points - closest, inward) / np.asarray(way).ravel())
 
@@ -114,7 +115,7 @@ class Triangles(BuiltInTarget):
         at = np.ascontiguousarray(points, dtype=np.float64)
         distance, closest, faces = self.closest(at)
         away, beyond = at - closest, self._beyond_border(closest, faces)
-        on_it = distance <= ON_SURFACE * float(np.ptp(self.vertices, axis=0).max())
+        on_it = distance <= self._touching
         if self._on_border.any():
             normals = self._normals_at(closest, faces)
             inside = dot(away, normals) < 0
