@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Sequence
 
 import numpy as np
@@ -60,20 +61,27 @@ def joined(lines: Sequence[CreaseLine], side: float) -> list[CreaseLine]:
     ends = [(k, last) for k, line in enumerate(lines) if not line.closed for last in (0, 1)]
     at = np.array([lines[k].points[-last] for k, last in ends]).reshape(-1, 3)
     places, which = np.unique(at, axis=0, return_inverse=True)
-    node = dict(zip(ends, which.tolist(), strict=True))
-    short = sorted((k for k, last in ends if last and lines[k].length < SHORT * side), key=lambda k: lines[k].length)
+    node, ends_at = dict(zip(ends, which.tolist(), strict=True)), defaultdict(list)
+    for end in ends:
+        ends_at[node[end]].append(end)
+    short = {k: line.length for k, line in enumerate(lines) if not line.closed and line.length < SHORT * side}
+
+    def join(nodes: set[int]) -> None:
+        others = [end for i in sorted(nodes) for end in ends_at[i] if end[0] not in short]
+        if len(others) > 2 and len(nodes) > 1:
+            place, off = _meeting([lines[k].points[:: -1 if last else 1] for k, last in others], side)
+            if off < MEETING * side:
+                places[min(nodes)] = place
+                ends_at[min(nodes)] = [end for i in nodes for end in ends_at.pop(i)]
+                node.update(dict.fromkeys(ends_at[min(nodes)], min(nodes)))
+
     pairs = np.array([(node[k, 0], node[k, 1]) for k in short], np.int64).reshape(-1, 2)
     links = coo_array((np.ones(len(short)), pairs.T), shape=(len(places), len(places)))
     whole = connected_components(links, directed=False)[1]
-    for together in (whole[pairs[:, :1]] == whole, (pairs[:, :, None] == np.arange(len(places))).any(axis=1)):
-        for k, group in zip(short, together, strict=True):
-            both = {node[k, 0], node[k, 1]} | set(np.flatnonzero(group).tolist())
-            others = [end for end in ends if node[end] in both and end[0] not in short]
-            if len(others) > 2 and node[k, 0] != node[k, 1]:
-                place, off = _meeting([lines[i].points[:: -1 if last else 1] for i, last in others], side)
-                if off < MEETING * side:
-                    places[min(both)] = place
-                    node = {end: min(both) if of in both else of for end, of in node.items()}
+    for component in np.unique(whole[pairs]):
+        join(set(np.flatnonzero(whole == component).tolist()))
+    for k in sorted(short, key=short.__getitem__):
+        join({node[k, 0], node[k, 1]})
     out = [line for line in lines if line.closed]
     between = {i for k, last in ends for i in (node[k, 0], node[k, 1]) if node[k, 0] != node[k, 1]}
     for k in (k for k, last in ends if last):

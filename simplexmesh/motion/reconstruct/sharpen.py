@@ -45,15 +45,16 @@ def sharpen(run: Run) -> None:
     if run.options.creases == "none" or isinstance(target, LabelSurface) or not closed or not run.stages[-1].iterations:
         return
     run.report(0.93, "looking for sharp edges")
-    if isinstance(target, Isosurface):
-        rows = np.random.default_rng(0).permutation(len(run.points))[:MOST_POINTS]
-        found = sharpened_volume(run.mesh, run.points[rows], run.away(run.points)[rows], target)
+    blurred, far = isinstance(target, Isosurface), 2 * run.stages[-1].reach
+    if not blurred and share_of_area(run.mesh, run.tree.query(run.mesh.vertices, workers=-1)[0] > far) >= LEAST_BARE:
+        return  # the rim of a lid is no crease of the data
+    points = run.points if blurred else run.data.samples().points
+    rows = np.flatnonzero(run.away(points) <= far)  # inner walls and other bodies have no creases of the model
+    if blurred:
+        rows = np.random.default_rng(0).permutation(rows)[:MOST_POINTS]
+        found = sharpened_volume(run.mesh, points[rows], run.away(points)[rows], target)
     else:
-        away = run.tree.query(run.mesh.vertices, workers=-1)[0]
-        if share_of_area(run.mesh, away > 2 * run.stages[-1].reach) >= LEAST_BARE:
-            return  # the rim of a lid is no crease of the data
-        points = run.data.samples().points
-        found = sharpened(run.mesh, points, run.away(points), target)
+        found = sharpened(run.mesh, points[rows], run.away(points)[rows], target)
     if found is not None:
         _take(run, found, 0)
 

@@ -5,6 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from simplexmesh.motion.creases import joining
+from simplexmesh.motion.creases.joining import _meeting as meeting
 from simplexmesh.motion.creases.joining import joined, without_loops
 from simplexmesh.motion.creases.line import CreaseLine
 
@@ -106,3 +108,16 @@ def test_rims_that_touch_are_closed_lines():
     found = joined([CreaseLine(points, closed=False, angle=1.0) for points in (*rings, ends)], 1.0)
     assert [line.closed for line in found] == [True, True]
     assert all(line.length == pytest.approx(20 * np.pi, rel=0.02) for line in found)
+
+
+def test_clusters_of_short_lines_are_tried_once(monkeypatch):
+    """A crumpled surface, through points of two walls, had 6,142 lines, of which each tried its whole cluster again."""
+    rng, tried = np.random.default_rng(0), []
+    monkeypatch.setattr(joining, "_meeting", lambda lines, side: tried.append(len(lines)) or meeting(lines, side))
+    nodes = 30.0 * np.arange(8)[:, None, None] * np.eye(3)[0] + rng.uniform(-0.85, 0.85, (8, 6, 3))
+    lines = [line(cluster[a], cluster[b], 4) for cluster in nodes for a in range(6) for b in range(a)]
+    lines += [line(node, np.add(node, [0, 12.0, 0]), 8) for cluster in nodes for node in cluster]
+    out = joined(lines, 1.0)
+    assert len(lines) == 8 * (15 + 6)
+    assert tried == 8 * [6]
+    assert sum(each.length > 10 for each in out) == 8 * 6

@@ -164,6 +164,7 @@ def test_an_inner_wall_is_told_of(kind):
     with pytest.warns(sm.SimplexMeshWarning, match=r"(39|4\d)% of the data is inside of"):  # 0.64 / 1.64
         model = sm.reconstruct(data, vertices=600)
     assert model.mesh.volume == pytest.approx(outer.volume, rel=0.03)
+    assert model.creases == ()
 
 
 @pytest.mark.parametrize("shift", [0.0, 1e4])
