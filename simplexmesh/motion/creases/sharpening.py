@@ -207,7 +207,7 @@ def _laid(scene: Scene) -> Sharpened | None:
 
 def _moved_onto(scene: Scene, paths: Sequence[Path], creased: Mask) -> tuple[SimplexMesh, Sided]:
     """Return the mesh with the vertices of paths (n,) on their lines, and then where sides meet."""
-    mesh, edge, reach = scene.mesh, scene.edge, max(scene.edge, scene.resolution)
+    mesh, edge = scene.mesh, scene.edge
     vertices = mesh.vertices.copy()
     for path in paths:
         vertices[path.vertices] = path.places
@@ -215,11 +215,11 @@ def _moved_onto(scene: Scene, paths: Sequence[Path], creased: Mask) -> tuple[Sim
     now = with_membrane(now, dilated(creased, mesh.neighbors, 2) & ~creased)
     sided = Sided(now, paths, scene.points, scene.target, scene.rounded)
     now = _settled(now, sided, creased, 40, edge)
-    now = now.moved(sided.met(now, paths, reach))
+    now = now.moved(sided.met(now, paths, scene.resolution))
     sided = Sided(now, paths, scene.points, scene.target, scene.rounded)  # points near lines may change sides
     for _ in range(2):
         now = now.moved(respaced(now, paths))
-        now = now.moved(sided.met(now, paths, reach))
+        now = now.moved(sided.met(now, paths, scene.resolution))
         now = _settled(now, sided, creased, 20, edge)
     now = now.moved(now.vertices + PERTURBATION * edge * np.random.default_rng(0).normal(size=now.vertices.shape))
     for rings in (1, 2, 3):

@@ -17,6 +17,7 @@ from simplexmesh.data.points import PointCloud
 from simplexmesh.mesh.face_geometry import face_centroids
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.creases.paths import Path, on_paths
+from simplexmesh.motion.model.state import mean_edge
 from simplexmesh.motion.targets.points import Points
 from simplexmesh.motion.targets.protocol import BuiltInTarget
 from simplexmesh.motion.targets.triangles import Triangles
@@ -29,10 +30,8 @@ SETTLED = 8
 FEWEST = 30
 """Points of a part from which it is fitted on its own."""
 
-STIFFNESS, HELD, TIED = 0.05, 0.003, 100.0
-"""Weights of second differences of moves along a crease, of moves, and of differences within a corner.
-
-The distance to a side has weight one."""
+HELD, TIED = 0.003, 100.0
+"""Weights of moves, and of differences of moves within a corner; the distance to a side has weight one."""
 
 
 def crossed_edges(mesh: SimplexMesh, paths: Sequence[Path]) -> Mask:
@@ -138,13 +137,15 @@ class Sided(BuiltInTarget):
             out[self._others] = self.whole.gap(vertices[self._others], normals[self._others], reach)
         return out
 
-    def met(self, mesh: SimplexMesh, paths: Sequence[Path], farthest: float) -> Array:
+    def met(self, mesh: SimplexMesh, paths: Sequence[Path], resolution: float) -> Array:
         """Return vertices with those of paths moved to where the surfaces of the parts there meet.
 
         Least squares of the distances to the tangent planes of all parts around a vertex, and of second differences
-        of the moves along paths: where sides meet at a small angle, noise would move vertices across the line. None
-        moves by more than `farthest`.
+        along paths: noise would make them wavy, most where sides meet at a small angle. These weigh as much as smooths
+        a path over about the resolution of its line. None moves by more than that, or an edge.
         """
+        edge = mean_edge(mesh)
+        farthest = max(edge, resolution)
         rows = np.unique(np.concatenate([path.vertices for path in paths]))
         around, at = self.face_parts[mesh.connectivity.vertex_faces[rows]], mesh.vertices[rows]
         A, b = np.zeros((len(rows), 3, 3)), np.zeros((len(rows), 3))
@@ -162,11 +163,11 @@ class Sided(BuiltInTarget):
         chains = [(path, np.searchsorted(rows, path.vertices)) for path in paths]
         bends = _differences([np.append(c, c[:2]) if p.closed else c for p, c in chains], [1, -2, 1], len(rows))
         ties = _differences([c for p, c in chains if p.line < 0], [1, -1], len(rows))
-        held = STIFFNESS * (bends.T @ bends) + TIED * (ties.T @ ties) + HELD * eye_array(len(rows))
-        stiff = kron(held, eye_array(3))
+        smooth = (resolution / edge) ** 4 * (bends.T @ bends)
+        stiff = kron(smooth + TIED * (ties.T @ ties) + HELD * eye_array(len(rows)), eye_array(3))
         index = np.arange(len(rows) + 1)
         system = bsr_array((A, index[:-1], index), shape=stiff.shape) + stiff
-        move = spsolve(system.tocsc(), b.ravel()).reshape(-1, 3)
+        move = spsolve(system.tocsc(), (b - smooth @ at).ravel()).reshape(-1, 3)
         move *= np.minimum(1.0, farthest / np.maximum(norm(move), 1e-300))[:, None]
         out = mesh.vertices.copy()
         out[rows] += move
