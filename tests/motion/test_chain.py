@@ -250,7 +250,7 @@ class TestDeviation:
     def test_a_reference_with_inward_normals_is_reported(self):
         inward = sm.TriangleMesh(BALL.vertices, BALL.faces[:, ::-1])
         points = np.random.default_rng(0).normal(size=(50, 3))
-        with pytest.warns(sm.SimplexMeshWarning, match="the target has inward normals") as caught:
+        with pytest.warns(sm.SimplexMeshWarning, match="target has inward normals") as caught:
             found = sm.deviation(points, inward)
         assert {each.filename for each in caught} == {__file__}
         assert found.distances == pytest.approx(-sm.deviation(points, BALL).distances, abs=1e-12)
