@@ -143,9 +143,8 @@ def _warn(found: SAI, points: Array, *, by_default: bool) -> None:
     if by_default and found.threshold > FAR * edge:
         border = border_of_points(some).width.max(initial=0.0)
         if border > 0.3 * norm(np.ptp(some, axis=0)):
-            warn(
-                f"few points: all within {found.threshold:.3g} of them, also beyond their border, is seen; give a tolerance"
-            )
+            around = f"all within {found.threshold:.3g} of them, also beyond their border"
+            warn(f"few points: {around}, counts as seen; give a tolerance")
 
 
 def _checked_samples(cloud: PointCloud) -> PointCloud:

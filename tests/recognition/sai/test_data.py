@@ -55,7 +55,7 @@ def test_views_whose_lightest_phases_oscillate_have_a_signature(data_folder):
     surface = sm.read_triangles(data_folder / "mannequin.off")
     seen = surface.vertex_normals[:, 1] > 0.2
     view = sm.PointCloud(surface.vertices[seen], surface.vertex_normals[seen])
-    with pytest.warns(sm.SimplexMeshWarning, match="^few points: all within 4.* is seen"):
+    with pytest.warns(sm.SimplexMeshWarning, match="^few points: all within 4.* counts as seen"):
         found = sm.sai(view, frequency=9)
     assert np.quantile(found.mesh.vertices, [0, 1], axis=0) == pytest.approx(view.bounds, abs=4)
     assert sm.sai(view, frequency=9, tolerance=1.0).visible_fraction < found.visible_fraction - 0.1
