@@ -4,6 +4,5 @@
   `flood` of a grid from its border, then by iterated Poisson reconstruction.
 - `poisson.Poisson`: points with normals, by one Poisson reconstruction.
 - `propagation.propagated`: points of any surface, also open or thin: signs spread between neighbors.
-- `inward.warn_inward`: which faces of triangles are turned against the others, or inward.
 - `_kernels_consistency.clashing_edges`: whether triangles agree on which side is outward.
 """

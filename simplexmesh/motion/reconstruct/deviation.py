@@ -15,8 +15,8 @@ from simplexmesh.data.conversion import as_given, as_triangles
 from simplexmesh.data.foreign import converted
 from simplexmesh.data.points import PointCloud
 from simplexmesh.motion.reconstruct.result import Summary
+from simplexmesh.motion.targets.inward import warn_inward
 from simplexmesh.motion.targets.triangles import Triangles
-from simplexmesh.orientation.inward import warn_inward
 
 
 @dataclass(frozen=True, eq=False, repr=False)

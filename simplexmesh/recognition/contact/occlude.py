@@ -15,8 +15,8 @@ from simplexmesh._base.units import common_unit
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.data.conversion import as_triangles
 from simplexmesh.data.poses import Posed
+from simplexmesh.motion.targets.inward import warn_inward
 from simplexmesh.numerics.rigid import plane_jacobian, rigid_fit, rotation_angle, small_motion
-from simplexmesh.orientation.inward import warn_inward
 from simplexmesh.recognition.contact.constrained_least_squares import constrained_least_squares
 from simplexmesh.recognition.contact.contact_limits import ContactLimits, pair_limits
 from simplexmesh.recognition.contact.part_distances import FACING_COSINE, Part, PartDistances, part_distances

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import igl
 import numpy as np
 
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.errors import TopologyError, warn
-from simplexmesh._base.vectors import norm
+from simplexmesh._base.vectors import norm, triangle_vectors
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh import _kernels, manifold
+from simplexmesh.motion.targets.triangles import winding_numbers
 
 STEP = 1e-2
 """How far from a face the winding number is evaluated, in square roots of its area."""
@@ -20,10 +20,10 @@ def warn_inward(name: str, mesh: TriangleMesh, outcome: str) -> None:
     try:
         faces, mates, _ = manifold.matched(mesh.faces)
         inward = manifold.to_flip(faces, mates)
-    except TopologyError:
-        return
-    if not inward.any() and mesh.is_closed:
-        inward = _bodies_inside_out(mesh.vertices, faces, mates)
+        if not inward.any() and mesh.is_closed:
+            inward = _bodies_inside_out(mesh.vertices, faces, mates)
+    except TopologyError:  # of bodies that touch along edges only the whole is known
+        faces, inward = mesh.faces, np.full(mesh.n_faces, mesh.is_closed and mesh.volume < 0)
     if inward.any():
         turned = f"inward normals, {inward.sum():,} of its {len(faces):,} faces"
         warn(f"{name} has {turned}, so {outcome}; {name}.oriented() flips them")
@@ -32,10 +32,9 @@ def warn_inward(name: str, mesh: TriangleMesh, outcome: str) -> None:
 def _bodies_inside_out(vertices: Array, faces: Indices, mates: Indices) -> Mask:
     """Return a mask of the faces of bodies that have the inside of none in front: there the winding number is -1."""
     labels = _kernels.component_labels((mates // 3).astype(np.int32))
-    shifted = np.ascontiguousarray((vertices - vertices.mean(axis=0)) / np.ptp(vertices, axis=0).max())
-    normals = np.cross(shifted[faces[:, 1]] - shifted[faces[:, 0]], shifted[faces[:, 2]] - shifted[faces[:, 0]])
+    normals = triangle_vectors(vertices, faces)
     order = np.lexsort((norm(normals), labels))
     largest = order[np.flatnonzero(np.diff(labels[order], append=-1))]  # face of each body
     step = STEP * normals[largest] / np.sqrt(np.maximum(norm(normals[largest]), 1e-300))[:, None]
-    number = igl.fast_winding_number(shifted, faces, shifted[faces[largest]].mean(axis=1) + step)
-    return np.asarray((np.asarray(number).ravel() < -0.5)[labels])
+    number = winding_numbers(vertices[faces[largest]].mean(axis=1) + step, vertices, faces)
+    return np.asarray((number < -0.5)[labels])
