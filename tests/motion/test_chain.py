@@ -262,9 +262,8 @@ class TestDeviation:
         """Also where they touch along an edge, and together are."""
         n, faces = BALL.n_vertices, BALL.faces
         both = np.concatenate([BALL.vertices, BALL.vertices + np.array([3.0, 0, 0])])
-        with pytest.warns(
-            sm.SimplexMeshWarning, match=f"inward normals, {len(faces):,} of its {2 * len(faces):,} faces"
-        ):
+        half = f"{len(faces):,} of its {2 * len(faces):,} faces"
+        with pytest.warns(sm.SimplexMeshWarning, match=f"target has inward normals, {half}"):
             sm.deviation(both, sm.TriangleMesh(both, np.concatenate([faces, faces[:, ::-1] + n])))
         tips = [[0, 0, 0], [0, 0, 1], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0.0]]
         outward = np.array([[0, 3, 2], [0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 5, 4], [0, 4, 1], [0, 1, 5], [1, 4, 5]])
