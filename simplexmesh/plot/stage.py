@@ -101,7 +101,7 @@ def picture(path: str | Path, plotter: pv.Plotter, *, close: bool = True) -> Pat
     ValueError
         Another suffix.
     TypeError
-        The path is no path, or the plotter is one (arguments swapped).
+        The path is no path, or the plotter no plotter (arguments swapped).
     OSError
         The folder does not exist or cannot be written to.
     ImportError
@@ -121,6 +121,8 @@ def picture(path: str | Path, plotter: pv.Plotter, *, close: bool = True) -> Pat
     path = Path(path)
     checks.choice("the end of the picture's name", path.suffix.lower(), PICTURES)
     with draft(path) as part:
+        if not hasattr(plotter, "screenshot"):
+            raise TypeError(f"plotter must be a pyvista.Plotter, not {checks.type_name(plotter)}")
         try:
             with quiet():
                 if path.suffix.lower() == ".html":

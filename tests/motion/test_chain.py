@@ -250,13 +250,26 @@ class TestDeviation:
     def test_a_reference_with_inward_normals_is_reported(self):
         inward = sm.TriangleMesh(BALL.vertices, BALL.faces[:, ::-1])
         points = np.random.default_rng(0).normal(size=(50, 3))
-        with pytest.warns(sm.SimplexMeshWarning, match="the target has inward normals") as caught:
+        with pytest.warns(sm.SimplexMeshWarning, match="target has inward normals") as caught:
             found = sm.deviation(points, inward)
         assert {each.filename for each in caught} == {__file__}
         assert found.distances == pytest.approx(-sm.deviation(points, BALL).distances, abs=1e-12)
         with pytest.warns(sm.SimplexMeshWarning, match="flipped"):
             outward = inward.oriented()
         assert sm.deviation(points, outward).distances == pytest.approx(-found.distances, abs=1e-12)
+
+    def test_that_one_of_two_bodies_is_inward_is_reported(self):
+        """Also where they touch along an edge, and together are."""
+        n, faces = BALL.n_vertices, BALL.faces
+        both = np.concatenate([BALL.vertices, BALL.vertices + np.array([3.0, 0, 0])])
+        half = f"{len(faces):,} of its {2 * len(faces):,} faces"
+        with pytest.warns(sm.SimplexMeshWarning, match=f"target has inward normals, {half}"):
+            sm.deviation(both, sm.TriangleMesh(both, np.concatenate([faces, faces[:, ::-1] + n])))
+        tips = [[0, 0, 0], [0, 0, 1], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0.0]]
+        outward = np.array([[0, 3, 2], [0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 5, 4], [0, 4, 1], [0, 1, 5], [1, 4, 5]])
+        sm.deviation(both, sm.TriangleMesh(tips, outward))
+        with pytest.warns(sm.SimplexMeshWarning, match="inward normals, 8 of its 8 faces"):
+            sm.deviation(both, sm.TriangleMesh(tips, outward[:, ::-1]))
 
     def test_signs_are_right_at_sharp_corners(self):
         wedge = sm.TriangleMesh(

@@ -480,6 +480,8 @@ class TestPicture:
         assert [p.name for p in tmp_path.iterdir()] == ["ball.png"]
 
     def test_swapped_arguments_are_reported(self, tmp_path):
+        with pytest.raises(TypeError, match=r"^plotter must be a pyvista.Plotter, not NoneType$"):
+            sm.plot.picture(tmp_path / "a.png", None)
         with pytest.raises(TypeError, match=r"^path must be a file name, followed by the plotter, not Plotter$"):
             sm.plot.picture(sm.plot.stage(), tmp_path / "ball.png")
 

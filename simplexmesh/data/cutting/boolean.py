@@ -1,4 +1,4 @@
-"""Boolean operations on closed surfaces; the only module that imports manifold3d, an optional dependency."""
+"""Boolean operations on closed surfaces, and cuts; the only module that imports manifold3d, an optional dependency."""
 
 from __future__ import annotations
 
@@ -84,6 +84,17 @@ def boolean(first: Any, second: Any, operation: str = "difference") -> TriangleM
     whose = np.repeat(np.array(mesh.run_original_id) - ids, np.diff(np.array(mesh.run_index)) // 3)
     data = _carried(meshes, vertices, faces, whose, np.array(mesh.face_id).astype(np.int64))
     return TriangleMesh(vertices, faces, data, unit)
+
+
+def trimmed(mesh: TriangleMesh, origin: Array, direction: Array) -> TriangleMesh | None:
+    """Return the part of a closed surface in front of a plane with a cap, or None where manifold3d cannot tell it."""
+    try:
+        import manifold3d
+
+        found = _solid(manifold3d, mesh, 0, "surface").trim_by_plane(direction, float(origin @ direction)).to_mesh64()
+        return TriangleMesh(np.array(found.vert_properties)[:, :3], np.array(found.tri_verts).astype(np.int64))
+    except (ImportError, ValueError):
+        return None
 
 
 def _carried(

@@ -18,6 +18,7 @@ from simplexmesh._base.arrays import Array
 from simplexmesh._base.errors import SimplexMeshWarning, warn
 from simplexmesh._base.vectors import normalized
 from simplexmesh.data.conversion import as_triangles
+from simplexmesh.data.cutting.boolean import trimmed
 from simplexmesh.data.io import polydata, vtk
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.numerics.blending import blended
@@ -36,7 +37,8 @@ def clipped(surface: Any, origin: ArrayLike, normal: ArrayLike, *, cap: bool = F
     origin, normal : (3,) array of float
         A point of the plane and its normal, of any length.
     cap : bool
-        Close the cut with a flat face, so that a closed surface stays closed. Without it the cut is a border.
+        Close the cut with a flat face, so that a closed surface stays closed. Without it the cut is a border. Cuts
+        VTK leaves gaps in, as of some parts of CAD, need the package manifold3d: ``pip install 'simplexmesh[guides]'``.
 
     Returns
     -------
@@ -51,7 +53,7 @@ def clipped(surface: Any, origin: ArrayLike, normal: ArrayLike, *, cap: bool = F
     Warns
     -----
     SimplexMeshWarning
-        A cap has gaps, as where parts of the surface are oriented inward or outlines of the cut nearly touch.
+        A cap has gaps, as where parts of the surface are oriented inward, or without manifold3d outlines nearly touch.
 
     Examples
     --------
@@ -72,24 +74,23 @@ def clipped(surface: Any, origin: ArrayLike, normal: ArrayLike, *, cap: bool = F
     if cap and not mesh.is_closed:
         raise ValueError("surface must be closed to be capped, it has a border")
     inward = cap and mesh.volume < 0
-    unit = 2.0 ** np.frexp(np.ptp(mesh.bounds, axis=0).max())[1]  # VTK's tolerances suit sizes of about one
-    plane = vtkPlane()
-    plane.SetOrigin(*(at / unit))
-    plane.SetNormal(*direction)
-    faces = mesh.faces[:, ::-1] if inward else mesh.faces
-    data = polydata.Polygons(mesh.vertices / unit, np.full(len(faces), 3), faces.ravel()).dataset()
-    out = _cut(data, plane, cap=cap)
-    if not out.GetNumberOfPolys():
-        raise ValueError("surface must have a part in front of the plane, it has none")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SimplexMeshWarning)  # about slivers where the plane passes through a vertex
-        found = as_triangles(vtk.from_dataset(out, "surface"))
-    faces = found.faces[:, ::-1] if inward else found.faces
-    found = TriangleMesh(unit * found.vertices, faces, unit=mesh.unit)
-    found = found.welded(tolerance=TOLERANCE * mesh.diagonal, report=False)
+    outward = replace(mesh, faces=mesh.faces[:, ::-1]) if inward else mesh
+    found = _cut(outward, at, direction, cap=cap)
     if cap and not found.is_closed:
-        warn("the cap has gaps, so the part is open: orient all of the surface outward, or move the plane a little")
-    return replace(found, data=_carried(mesh, found.vertices, at, direction)) if mesh.data else found
+        found = _without_gaps(outward, at, direction, found)
+    data = _carried(mesh, found.vertices, at, direction) if mesh.data else {}
+    return replace(found, faces=found.faces[:, ::-1] if inward else found.faces, data=data, unit=mesh.unit)
+
+
+def _without_gaps(mesh: TriangleMesh, origin: Array, direction: Array, found: TriangleMesh) -> TriangleMesh:
+    """Return the part as manifold3d cuts it, or the given one, with a warning, where that is not closed either."""
+    if other := trimmed(mesh, origin, direction):
+        other = other.welded(tolerance=TOLERANCE * mesh.diagonal, report=False)
+        if other.is_closed:
+            return other
+    why = "orient all of the surface outward, move the plane a little, or pip install 'simplexmesh[guides]'"
+    warn(f"the cap has gaps, so the part is open: {why}")
+    return found
 
 
 def _carried(mesh: TriangleMesh, vertices: Array, origin: Array, normal: Array) -> dict[str, NDArray[Any]]:
@@ -104,7 +105,12 @@ def _carried(mesh: TriangleMesh, vertices: Array, origin: Array, normal: Array) 
     return blended(mesh.data, rows[nearest], weights[nearest])
 
 
-def _cut(data: Any, plane: Any, *, cap: bool) -> Any:
+def _cut(mesh: TriangleMesh, origin: Array, direction: Array, *, cap: bool) -> TriangleMesh:
+    """Return the part in front of a plane as VTK cuts it, without data."""
+    unit = 2.0 ** np.frexp(np.ptp(mesh.bounds, axis=0).max())[1]  # VTK's tolerances suit sizes of about one
+    plane = vtkPlane()
+    plane.SetOrigin(*(origin / unit))
+    plane.SetNormal(*direction)
     if cap:
         planes = vtkPlaneCollection()
         planes.AddItem(plane)
@@ -115,6 +121,12 @@ def _cut(data: Any, plane: Any, *, cap: bool) -> Any:
         cutter = vtkClipPolyData()
         cutter.SetClipFunction(plane)
         cutter.SetOutputPointsPrecision(1)  # double
-    cutter.SetInputData(data)
+    cutter.SetInputData(polydata.Polygons(mesh.vertices / unit, np.full(mesh.n_faces, 3), mesh.faces.ravel()).dataset())
     cutter.Update()
-    return cutter.GetOutput()
+    if not cutter.GetOutput().GetNumberOfPolys():
+        raise ValueError("surface must have a part in front of the plane, it has none")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SimplexMeshWarning)  # about slivers where the plane passes through a vertex
+        found = as_triangles(vtk.from_dataset(cutter.GetOutput(), "surface"))
+    found = TriangleMesh(unit * found.vertices, found.faces)
+    return found.welded(tolerance=TOLERANCE * mesh.diagonal, report=False)

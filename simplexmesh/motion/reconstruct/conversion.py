@@ -161,7 +161,9 @@ def are_scans(data: Any) -> bool:
     """
     if not isinstance(data, list | tuple) or not data:
         return False
-    if all(isinstance(item, str | Path | PointCloud | TriangleMesh) or is_foreign(item) for item in data):
+    if any(isinstance(item, PointCloud | TriangleMesh | SimplexMesh | Volume) for item in data):
+        return True  # what is no scan is refused by name
+    if all(isinstance(item, str | Path) or is_foreign(item) for item in data):
         return True
     arrays = all(isinstance(item, np.ndarray) and item.ndim == 2 and item.shape[1] in (3, 6) for item in data)
     return arrays and not (len(data) == 2 and _are_faces(data[1], data[0], pair=isinstance(data, tuple)))

@@ -10,12 +10,12 @@ import numpy as np
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
-from simplexmesh._base.errors import warn
 from simplexmesh._base.units import common_unit
 from simplexmesh.data.conversion import as_given, as_triangles
 from simplexmesh.data.foreign import converted
 from simplexmesh.data.points import PointCloud
 from simplexmesh.motion.reconstruct.result import Summary
+from simplexmesh.motion.targets.inward import warn_inward
 from simplexmesh.motion.targets.triangles import Triangles
 
 
@@ -100,6 +100,11 @@ def deviation(source: Any, target: Any, *, reach: float | None = None, beyond_bo
     ValueError, TypeError
         For anything but a surface, two units, or a reach that is not positive.
 
+    Warns
+    -----
+    SimplexMeshWarning
+        Faces of the reference are turned inward, or against their neighbors.
+
     Notes
     -----
     Distances are to the triangles. The sign for a closed reference is by winding number. For an open one it is that of
@@ -119,8 +124,7 @@ def deviation(source: Any, target: Any, *, reach: float | None = None, beyond_bo
     mesh = as_triangles(target, "target").welded(report=False)
     common_unit("source and target", (measured, mesh))
     checks.size("target", mesh.bounds)
-    if mesh.is_closed and mesh.volume < 0:
-        warn("the target has inward normals, so distances inside it are positive; target.oriented() flips them")
+    warn_inward("target", mesh, "signs are wrong there")
     if len(points):
         checks.size("source", np.stack([points.min(axis=0), points.max(axis=0)]))
     distances, _, beyond = Triangles(mesh).signed(points)

@@ -222,13 +222,18 @@ def surface_distance(points: Array, vertices: Array, faces: Indices) -> Array:
 
 
 def inside_surface(points: Array, vertices: Array, faces: Indices) -> Mask:
-    """Return (n,) bool: whether points are inside a closed triangulated surface, by winding number (Jacobson 2013)."""
+    """Return (n,) bool: whether points are inside a closed triangulated surface."""
+    return winding_numbers(points, vertices, faces) > 0.5
+
+
+def winding_numbers(points: Array, vertices: Array, faces: Indices) -> Array:
+    """Return the winding numbers (n,) of points in a triangulated surface (Jacobson 2013)."""
     if not len(points):
-        return np.zeros(0, dtype=bool)
+        return np.zeros(0)
     numbers = igl.fast_winding_number(
         _relative(vertices, vertices), np.ascontiguousarray(faces, dtype=np.int64), _relative(points, vertices)
     )
-    return np.asarray(numbers).ravel() > 0.5
+    return np.asarray(numbers).ravel()
 
 
 def _relative(points: Array, vertices: Array) -> Array:

@@ -15,6 +15,7 @@ from simplexmesh._base.units import common_unit
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.data.conversion import as_triangles
 from simplexmesh.data.poses import Posed
+from simplexmesh.motion.targets.inward import warn_inward
 from simplexmesh.numerics.rigid import plane_jacobian, rigid_fit, rotation_angle, small_motion
 from simplexmesh.recognition.contact.constrained_least_squares import constrained_least_squares
 from simplexmesh.recognition.contact.contact_limits import ContactLimits, pair_limits
@@ -132,7 +133,7 @@ def occlude(
     Warns
     -----
     SimplexMeshWarning
-        No vertex touches, the initial penetration is too deep to be resolved, or a closed surface has inward normals.
+        No vertex touches, the initial penetration is too deep to be resolved, or faces are turned inward.
 
     Notes
     -----
@@ -164,9 +165,8 @@ def occlude(
         checks.size(name, mesh.bounds)
     common_unit("source and target", meshes.values())
     part, opposite = Part(meshes["source"]), Part(meshes["target"])
-    for (name, mesh), each in zip(meshes.items(), (part, opposite), strict=True):
-        if each.closed and mesh.volume < 0:
-            warn(f"{name} has inward normals, so it is taken for a cavity; {name}.oriented() flips them")
+    for name, mesh in meshes.items():
+        warn_inward(name, mesh.welded(report=False), "they are taken for those of a cavity")
     tolerance = _length("tolerance", tolerance, TOLERANCE, part.diagonal)
     reach = max(_length("reach", reach, REACH, part.diagonal), tolerance)
     limits = ContactLimits(tolerance, reach, checks.number("penetration", penetration, 0.0), *pair_limits(pairs, slack))

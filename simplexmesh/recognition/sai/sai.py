@@ -10,17 +10,23 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
+from simplexmesh._base.errors import warn
 from simplexmesh._base.progress import Progress, reporting
+from simplexmesh._base.vectors import norm
 from simplexmesh.data.points import PointCloud
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.model.state import mean_edge
 from simplexmesh.motion.reconstruct.conversion import as_input
+from simplexmesh.motion.targets.borders import border_of_points
 from simplexmesh.numerics.rigid import relative_extents
 from simplexmesh.recognition.sai.attribute_image import SAI
 from simplexmesh.recognition.sai.flat_domains import TOPOLOGIES
 from simplexmesh.recognition.sai.flat_fitting import fit_flat_domain
 from simplexmesh.recognition.sai.sphere_domain import checked_frequency
 from simplexmesh.recognition.sai.sphere_fitting import fit_sphere
+
+FAR, MOST_FAR = 3.0, 0.15
+"""Data is far from the mesh beyond so many mean edges; a warning tells if more than this fraction is."""
 
 
 def sai(
@@ -72,6 +78,11 @@ def sai(
     DivergedError
         The deformation produced numbers that are not finite.
 
+    Warns
+    -----
+    SimplexMeshWarning
+        Much of the data is not in the signature, or points are so few that it ends far beyond their border.
+
     Notes
     -----
     The converged mesh is nearly a conformal image of the sphere. Of all such images the one whose area is balanced
@@ -115,10 +126,25 @@ def sai(
         if found.visible_fraction < 0.05:
             raise ValueError(
                 f"data must be near the {topology} fitted to it on at least 5% of it; it is on "
-                f"{found.visible_fraction:.1%}, with threshold {limit:g}"
+                f"{found.visible_fraction:.1%}, with threshold {limit:g}: is it of several bodies?"
             )
+        _warn(found, points, by_default=tolerance is None)
         report(1.0, "done")
     return found
+
+
+def _warn(found: SAI, points: Array, *, by_default: bool) -> None:
+    """Warn of data far from the mesh, and of points so few that much beyond their border counts as seen."""
+    some, edge = points[np.linspace(0, len(points) - 1, min(len(points), 2000)).astype(np.int64)], mean_edge(found.mesh)
+    far = float((cKDTree(found.mesh.vertices).query(some)[0] > FAR * edge).mean())
+    if far > MOST_FAR:
+        place = f"is far from the {found.topology} fitted to it, as several bodies or long limbs are"
+        warn(f"{far:.0%} of the data {place}, and not in the signature")
+    if by_default and found.threshold > FAR * edge:
+        border = border_of_points(some).width.max(initial=0.0)
+        if border > 0.3 * norm(np.ptp(some, axis=0)):
+            around = f"all within {found.threshold:.3g} of them, also beyond their border"
+            warn(f"few points: {around}, counts as seen; give a tolerance")
 
 
 def _checked_samples(cloud: PointCloud) -> PointCloud:

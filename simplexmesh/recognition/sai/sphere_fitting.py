@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simplexmesh._base.arrays import Array, Mask
+from simplexmesh._base.errors import DivergedError
 from simplexmesh._base.vectors import cross, norm
 from simplexmesh.data.points import PointCloud
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
@@ -77,7 +78,10 @@ def fit_sphere(points: Array, normals: Array | None, frequency: int) -> SimplexM
         mesh = _run_phase(mesh, COARSE_FREQUENCY, target, phase, box, frequency if phase.centered else COARSE_FREQUENCY)
     area = np.inf
     for phase in FINE_PHASES:
-        moved = _run_phase(mesh, frequency, target, phase, box, frequency)
+        try:
+            moved = _run_phase(mesh, frequency, target, phase, box, frequency)
+        except DivergedError:
+            continue  # a film without data, which little damping lets oscillate; the last phase has more
         if moved.area > MAXIMUM_GROWTH * area:
             break
         mesh, area = moved, min(area, moved.area)

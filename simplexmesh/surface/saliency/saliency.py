@@ -20,6 +20,9 @@ from simplexmesh.surface.sampled_surface import SampledSurface, as_sampled_surfa
 SCALE_STEPS = (1.0, 1.5, 2.0, 2.5, 3.0)
 """Scales as multiples of the smallest: 2, 3, 4, 5 and 6 epsilon."""
 
+LEAST_EDGES = 0.1
+"""Least scale in mean edges; the largest is the diagonal."""
+
 
 def saliency(
     surface: Any,
@@ -55,7 +58,7 @@ def saliency(
     Raises
     ------
     ValueError, TypeError
-        Not a surface, scales that are not positive, a curvature of another surface.
+        Not a surface, scales below a tenth of an edge or above the diagonal, a curvature of another surface.
 
     References
     ----------
@@ -106,4 +109,7 @@ def _widths(scales: Sequence[float] | None, diffusion: Diffusion) -> Array:
     given = checks.array("scales", scales, (None,))
     if not len(given) or not (given > 0).all():
         raise ValueError(f"scales must be at least one length above 0, not {given.tolist()}")
+    low, high = LEAST_EDGES * diffusion.spacing, diffusion.diagonal
+    if given.min() < low or given.max() > high:
+        raise ValueError(f"scales must be from {low:.3g}, below which nothing is averaged, to {high:.3g}, not {given}")
     return np.unique(given)

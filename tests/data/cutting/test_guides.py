@@ -130,6 +130,20 @@ def test_that_a_cap_has_gaps_is_told():
     assert not found.is_closed
 
 
+@pytest.mark.data
+@pytest.mark.parametrize("outward", [True, False])
+def test_caps_that_vtk_leaves_open_are_closed(data_folder, outward):
+    part = sm.read_triangles(data_folder / "coupling.off").welded(report=False)
+    part = sm.TriangleMesh(
+        part.vertices, part.faces if outward else part.faces[:, ::-1], {"place": part.vertices}, "mm"
+    )
+    halves = [sm.clipped(part, (0, 0, 0), (side, 0, 0), cap=True) for side in (1, -1)]
+    assert [half.is_closed for half in halves] == [True, True]
+    assert sum(half.volume for half in halves) == pytest.approx(part.volume, rel=1e-9)
+    assert [half.unit for half in halves] == ["mm", "mm"]
+    assert [half.data["place"] == pytest.approx(half.vertices, abs=1e-9) for half in halves] == [True, True]
+
+
 def test_cavities_of_bodies_stay():
     hollow, core = box([0, 0, 0], [1, 1, 1]), box([0.25] * 3, [0.75] * 3)
     shell = sm.TriangleMesh(

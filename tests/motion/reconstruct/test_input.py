@@ -302,6 +302,13 @@ def test_a_start_that_is_given_keeps_the_largest_piece_of_a_label():
     assert model.distance.data_to_mesh.max < 2
 
 
+@pytest.mark.parametrize(("other", "kind"), [(sm.Volume(np.zeros((4, 4, 4))), "Volume"), (sm.sphere(5), "SimplexMesh")])
+def test_what_is_no_scan_among_scans_is_named(other, kind):
+    scan = sm.PointCloud(sm.sphere(6).vertices)
+    with pytest.raises(TypeError, match=rf"^scans must be point clouds or surfaces; scan 1 is a {kind}$"):
+        sm.reconstruct([scan, other])
+
+
 def test_scans_with_opposed_normals_are_fitted_without_them():
     ball = sm.sphere(16)
     upper = ball.vertices[:, 2] > -0.05

@@ -84,8 +84,30 @@ class TestOcclude:
         ball = sm.sphere(6).triangulated("dual")
         parts = {"source": ball, "target": ball.scaled(0.95 if name == "source" else 1 / 0.95)}
         parts[name] = sm.TriangleMesh(parts[name].vertices, parts[name].faces[:, ::-1])
-        with pytest.warns(sm.SimplexMeshWarning, match=f"^{name} has inward normals, so it is taken for a cavity"):
+        with pytest.warns(sm.SimplexMeshWarning, match=f"^{name} has inward normals, .* taken for those of a cavity"):
             assert sm.occlude(**parts, tolerance=0.06).contact_area > 0  # a ball in a hole
+
+    @pytest.mark.filterwarnings("ignore:source penetrates target")
+    @pytest.mark.parametrize("name", ["source", "target"])
+    def test_that_one_body_of_a_part_is_inside_out_is_told(self, name):
+        """A part of which one of two bodies was, turned by 94 degrees without a word."""
+        ball = sm.sphere(4).triangulated("dual")
+        n, inner = ball.n_vertices, ball.scaled(0.8)
+        vertices = np.concatenate([ball.vertices, np.add(ball.vertices, [3, 0, 0]), inner.vertices])
+        faces, cavity = [ball.faces, ball.faces + n], ball.faces[:, ::-1] + 2 * n
+        below = sm.TriangleMesh(vertices, np.concatenate([*faces, cavity]))
+        parts = {"source": lifted(below, 2.02), "target": below}
+        assert sm.occlude(**parts, penetration=0.1).contact_area > 0  # a hollow ball is not inside out
+        faces[1] = faces[1][:, ::-1]
+        parts[name] = sm.TriangleMesh(parts[name].vertices, np.concatenate([*faces, cavity]))
+        with pytest.warns(sm.SimplexMeshWarning, match=rf"^{name} has inward normals, {len(cavity)} of its"):
+            sm.occlude(**parts)
+
+    def test_that_faces_of_an_open_part_disagree_is_told(self):
+        faces = UPPER.faces.copy()
+        faces[:5] = faces[:5, ::-1]
+        with pytest.warns(sm.SimplexMeshWarning, match="^source has inward normals, 5 of its"):
+            sm.occlude(lifted(sm.TriangleMesh(UPPER.vertices, faces), 0.1), LOWER)
 
     def test_three_feet_stand_on_the_ground(self):
         stool, n = feet([1, 0, 0.3], [-0.5, 0.9, 0.35], [-0.5, -0.8, 0.27])

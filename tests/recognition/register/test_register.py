@@ -487,6 +487,14 @@ class TestBadInput:
         figures = re.findall(r"[\d.]+%?", str(heard[0].message))  # those that the result shows, and the limit
         assert figures == [*re.findall(r"[\d.]+%?", repr(found))[:2], "0.1"]
 
+    @pytest.mark.parametrize("count", [60, 120, 199])
+    def test_that_few_points_tell_no_pose_is_told(self, count):
+        """Of 60 points all poses were wrong, of 120 half of them, without a word."""
+        one, other = (lumpy(count, np.random.default_rng(seed)) for seed in (0, 1))
+        with pytest.warns(sm.SimplexMeshWarning, match=f"^the best pose found may be wrong: {count} points tell"):
+            sm.register(one, other)
+        assert sm.register(one, one + np.array([1.0, 2, 3])).error < 1e-6  # the same points tell it
+
     def test_other_poses_have_their_overlap(self):
         """Of an ellipsoid, whole, on three quarters of it, turned by half about the long axis or not."""
         whole = sm.ellipsoid((3, 2, 1), 16).triangulated().sampled(4000)

@@ -246,6 +246,14 @@ class TestDoor:
         with pytest.raises(ValueError, match="hidden must be 500 booleans"):
             sm.SAI(5, sm.sphere(5), hidden)
 
+    @pytest.mark.parametrize("apart", [2.1, 3.0])
+    def test_that_data_is_not_in_the_signature_is_told(self, apart):
+        """Two balls had the signature of something between them."""
+        ball = sm.sphere(12).triangulated("dual")
+        both = np.concatenate([ball.vertices, ball.vertices + np.array([apart, 0, 0])])
+        with pytest.warns(sm.SimplexMeshWarning, match=r"^[25]\d% of the data is far from the sphere fitted to it"):
+            sm.sai((both, np.concatenate([ball.faces, ball.faces + ball.n_vertices])))
+
 
 class TestPicture:
     def test_radius_is_pi_and_the_angle(self, signature):

@@ -1,0 +1,40 @@
+"""Which faces of a surface are turned against the others, or inward."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simplexmesh._base.arrays import Array, Indices, Mask
+from simplexmesh._base.errors import TopologyError, warn
+from simplexmesh._base.vectors import norm, triangle_vectors
+from simplexmesh.data.triangles import TriangleMesh
+from simplexmesh.mesh import _kernels, manifold
+from simplexmesh.motion.targets.triangles import winding_numbers
+
+STEP = 1e-2
+"""How far from a face the winding number is evaluated, in square roots of its area."""
+
+
+def warn_inward(name: str, mesh: TriangleMesh, outcome: str) -> None:
+    """Warn where faces disagree with most of their surface, or closed surfaces are inside out and no cavities."""
+    try:
+        faces, mates, _ = manifold.matched(mesh.faces)
+        inward = manifold.to_flip(faces, mates)
+        if not inward.any() and mesh.is_closed:
+            inward = _bodies_inside_out(mesh.vertices, faces, mates)
+    except TopologyError:  # of bodies that touch along edges only the whole is known
+        faces, inward = mesh.faces, np.full(mesh.n_faces, mesh.is_closed and mesh.volume < 0)
+    if inward.any():
+        turned = f"inward normals, {inward.sum():,} of its {len(faces):,} faces"
+        warn(f"{name} has {turned}, so {outcome}; {name}.oriented() flips them")
+
+
+def _bodies_inside_out(vertices: Array, faces: Indices, mates: Indices) -> Mask:
+    """Return a mask of the faces of bodies that have the inside of none in front: there the winding number is -1."""
+    labels = _kernels.component_labels((mates // 3).astype(np.int32))
+    normals = triangle_vectors(vertices, faces)
+    order = np.lexsort((norm(normals), labels))
+    largest = order[np.flatnonzero(np.diff(labels[order], append=-1))]  # face of each body
+    step = STEP * normals[largest] / np.sqrt(np.maximum(norm(normals[largest]), 1e-300))[:, None]
+    number = winding_numbers(vertices[faces[largest]].mean(axis=1) + step, vertices, faces)
+    return np.asarray((number < -0.5)[labels])
