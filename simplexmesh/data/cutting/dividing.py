@@ -55,21 +55,28 @@ def divided(surface: Any, longest: float | None = None) -> TriangleMesh:
     if longest is None:
         longest = mesh.diagonal / EDGES_PER_DIAGONAL
     longest = checks.number("longest", longest, 0.0, open_low=True)
-    vertices, faces, data = np.asarray(mesh.vertices), np.asarray(mesh.faces), mesh.data
-    resolved = 4 * float(np.spacing(np.abs(vertices).max()))  # a shorter edge may have no midpoint but its ends
+    resolved = 4 * float(np.spacing(np.abs(mesh.vertices).max()))  # a shorter edge may have no midpoint but its ends
     for least, why in (_shortest(mesh), f"for at most {MAX_FACES:,} faces"), (resolved, "at coordinates this large"):
         if longest < least:
             raise ValueError(f"longest must be at least {least:.3g} {why}, not {longest:g}")
+    return bisected(mesh, longest)[0]
+
+
+def bisected(mesh: TriangleMesh, longest: float) -> tuple[TriangleMesh, Indices]:
+    """Return a surface divided until no edge is longer than a length, and the faces (f,) that its own are parts of."""
+    vertices, faces, data = np.asarray(mesh.vertices), np.asarray(mesh.faces), mesh.data
+    owners = np.arange(len(faces))
     while True:
         edges, sides = _edges(faces)
         long = norm(vertices[edges[:, 0]] - vertices[edges[:, 1]]) > longest
         if not long.any():
-            return TriangleMesh(vertices, faces, data, mesh.unit)
+            return TriangleMesh(vertices, faces, data, mesh.unit), owners
         middle = np.full(len(edges), -1)
         middle[long] = len(vertices) + np.arange(int(long.sum()))
         vertices = np.concatenate([vertices, 0.5 * (vertices[edges[long, 0]] + vertices[edges[long, 1]])])
         data = joined([data, blended(data, edges[long], np.ones((int(long.sum()), 2)))])
-        faces = _split(vertices, faces, middle[sides])
+        faces, rows = _split(vertices, faces, middle[sides])
+        owners = owners[rows]
 
 
 def _shortest(mesh: TriangleMesh) -> float:
@@ -87,10 +94,13 @@ def _edges(faces: Indices) -> tuple[Indices, Indices]:
     return ends[first], sides.reshape(-1, 3)
 
 
-def _split(vertices: Array, faces: Indices, middle: Indices) -> Indices:
-    """Return the faces split at the midpoints of their sides: `middle` (f, 3), -1 for a side that is not bisected."""
+def _split(vertices: Array, faces: Indices, middle: Indices) -> tuple[Indices, Indices]:
+    """Return the faces split at the midpoints of their sides, and which each is part of.
+
+    `middle` (f, 3) are these midpoints, -1 for a side that is not bisected.
+    """
     cuts = (middle >= 0).sum(axis=1)
-    out = [faces[cuts == 0]]
+    out, of = [faces[cuts == 0]], [np.flatnonzero(cuts == 0)]
     for count in (1, 2, 3):
         rows = np.flatnonzero(cuts == count)
         odd = (middle[rows] >= 0) == (count == 1)  # rotate the only bisected side, or the only other one, to the front
@@ -109,4 +119,5 @@ def _split(vertices: Array, faces: Indices, middle: Indices) -> Indices:
         else:
             parts = [(a, of_c, of_b), (of_c, b, of_a), (of_b, of_a, c), (of_a, of_b, of_c)]
         out += [np.stack(part, axis=1) for part in parts]
-    return np.concatenate(out)
+        of += [rows] * len(parts)
+    return np.concatenate(out), np.concatenate(of)

@@ -19,6 +19,9 @@ AHEAD = 1.5
 SEEDS = 4
 """Vertices near a corner from which it is tried."""
 
+MOST_TREES = 300
+"""Sets of vertices that are looked at, of all that grow: there are about three times as many for each more line."""
+
 End = tuple[int, int]
 """A line, and whether its last end is meant."""
 
@@ -70,15 +73,16 @@ def _corner(trace: Tracing, lines: Sequence[CreaseLine], place: Array, ends: lis
 
 
 def _trees(trace: Tracing, seed: int, size: int) -> list[list[int]]:
-    """Return the sets of so many free vertices that edges join to a seed, which is the first of each."""
-    out = [[seed]]
+    """Return sets of so many free vertices that edges join to a seed as a tree, which is the first of each."""
+    out, neighbors = [[seed]], trace.mesh.neighbors
     for _ in range(size - 1):
         grown = {
             (tree[0], *sorted([*tree[1:], n])): None
-            for tree in out for v in tree for n in trace.mesh.neighbors[v].tolist()
-            if n not in tree and not trace.taken[n]
+            for tree in out for v in tree for n in neighbors[v].tolist()
+            if n not in tree and not trace.taken[n] and sum(m in tree for m in neighbors[n].tolist()) == 1
         }  # fmt: skip
-        out = [list(tree) for tree in grown]
+        trees = [list(tree) for tree in grown]
+        out = trees[:: 1 + len(trees) // MOST_TREES]
     return out
 
 

@@ -11,11 +11,10 @@ from scipy.sparse.csgraph import connected_components
 
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import dot, norm, normalized
-from simplexmesh.data.cutting.dividing import divided
+from simplexmesh.data.cutting.dividing import bisected
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh.manifold import half_edge_mates
 from simplexmesh.motion.creases.line import at_distances
-from simplexmesh.motion.targets.triangles import Triangles
 from simplexmesh.surface.features.coarsened import coarsened
 from simplexmesh.surface.features.lines.network import FeatureNetwork
 
@@ -129,7 +128,6 @@ def cut_along(network: FeatureNetwork, longest: float) -> CutSurface:
     steps = np.concatenate([np.stack([chain[:-1], chain[1:]], axis=1) for chain in chains])
     sharp = np.flatnonzero(np.isin(np.sort(given.ends, axis=1) @ [n, 1], np.sort(steps, axis=1) @ [n, 1]))
     across = sharp // 3 * surface.n_faces + given.mates[sharp] // 3
-    fine = divided(surface, longest)
-    of = Triangles(surface).closest(fine.vertices[fine.faces].mean(axis=1))[2].astype(np.int64)
+    fine, of = bisected(surface, longest)
     beside = of[half_edge_mates(fine.faces.astype(np.int64)) // 3]
     return CutSurface(fine, np.isin(of[:, None] * surface.n_faces + beside, across))

@@ -50,17 +50,15 @@ class OpenedTriangles:
         angles = np.arctan2(norm(cross(to_next, to_last)), dot(to_next, to_last))
         self.angles = np.bincount(self.copies, angles)
         self.triangles, self.places = [self.copies.reshape(-1, 3)], [self.vertices[cut.surface.faces].mean(axis=1)]
+        self.count = cut.surface.n_faces  # of triangles, and of vertices of the mesh
         self.paths: list[Path] = []
         self.exits: dict[int, int] = {}  # the added triangle at its start, where lines meet, of a half-edge on one
-        for vertex in np.flatnonzero(self.degree > 2).tolist():
-            self._open_corner(vertex)
+        rows = np.flatnonzero(self.at_corner)
+        for first in rows[np.unique(self.start[rows], return_index=True)[1]].tolist():
+            self._open_corner(first)
+        self.inner = np.concatenate(self.places)  # of triangles that are not along lines
         for chain in cut.chains:
             self._open_chain(chain)
-
-    @property
-    def count(self) -> int:
-        """The number of triangles, and of vertices of the mesh."""
-        return sum(map(len, self.triangles))
 
     def mesh(self) -> SimplexMesh:
         """Return the dual."""
@@ -72,6 +70,7 @@ class OpenedTriangles:
     def _added(self, triangles: Array, places: Array) -> Indices:
         """Add triangles (k, 3) of copies, whose dual vertices are at places (k, 3); return their numbers."""
         first = self.count
+        self.count += len(triangles)
         self.triangles.append(triangles)
         self.places.append(places)
         return np.arange(first, first + len(triangles))
@@ -83,9 +82,9 @@ class OpenedTriangles:
             out = self.mates[self.before[out]]
         return int(out)
 
-    def _open_corner(self, vertex: int) -> None:
-        """Add a polygon between the copies of a vertex where lines meet, in triangles around its first copy."""
-        order = [int(np.flatnonzero(self.sharp & (self.start == vertex))[0])]
+    def _open_corner(self, first: int) -> None:
+        """Add a polygon between the copies of the start of a half-edge, where lines meet, in triangles around one."""
+        vertex, order = self.start[first], [first]
         while (following := self._next(order[-1])) != order[0]:
             order.append(following)
         ring, k = self.copies[order], len(order)
@@ -123,10 +122,11 @@ class OpenedTriangles:
         places = self._places_along(chain, back)
         real = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
         numbers = self._added(triangles[real], places[real])
-        ends = [[self.exits[h]] if h in self.exits else [] for h in (int(chain[0]), int(back[-1]))]
-        vertices = np.concatenate([ends[0], numbers, ends[1]]).astype(np.int64)
+        ends = [np.array([self.exits[h]] if h in self.exits else [], np.int64) for h in (int(chain[0]), int(back[-1]))]
+        vertices = np.concatenate([ends[0], numbers, ends[1]])
+        at = np.concatenate([self.inner[ends[0]], places[real], self.inner[ends[1]]])
         turned_back = len(vertices) > 1 and vertices[0] == vertices[-1]
         closed = bool(turned_back or self.degree[self.start[chain[0]]] == 2)
         vertices = vertices[: len(vertices) - int(turned_back)]
         if len(vertices) > 1:
-            self.paths.append(Path(0, vertices, np.concatenate(self.places)[vertices], closed))
+            self.paths.append(Path(0, vertices, at[: len(vertices)], closed))

@@ -135,7 +135,7 @@ class VolumeInput(Input):
         start = start_from_volume(self.source, self.level, self.label, vertices, **options)
         if start.report.share_dropped >= LEAST_TOLD:
             pieces = counted(start.report.components_dropped, "piece", "pieces")
-            share = f"{100 * start.report.share_dropped:.2g} % of its samples"
+            share = f"{min(100 * start.report.share_dropped, 99):.2g} % of its samples"
             whole = "label" if self.level is None else "object"
             warn(f"left out {pieces} of the {whole}, {share}: too small for a mesh of {vertices:,} vertices")
         return start, self.target

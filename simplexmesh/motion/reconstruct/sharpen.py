@@ -50,7 +50,7 @@ def sharpen(run: Run) -> None:
         return  # the rim of a lid is no crease of the data
     points = run.points if blurred else run.data.samples().points
     rows = np.flatnonzero(run.away(points) <= far)  # inner walls and other bodies have no creases of the model
-    if blurred:
+    if isinstance(target, Isosurface):
         rows = np.random.default_rng(0).permutation(rows)[:MOST_POINTS]
         found = sharpened_volume(run.mesh, points[rows], run.away(points)[rows], target)
     else:

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.testing import assert_allclose
 
 import simplexmesh as sm
 from simplexmesh.bench.truth.noise import noisy
+from simplexmesh.data.cutting.dividing import bisected
 from simplexmesh.surface.saliency.unsampled_faces import unsampled_share
 from simplexmesh.surface.sampled_surface import as_sampled_surface
 from tests.nightly.marks import nightly
@@ -99,6 +101,19 @@ class TestDivided:
         with pytest.raises(ValueError, match="longest") as caught:
             call()
         assert str(caught.value) == words
+
+
+def test_parts_of_a_face_are_told():
+    body = prism()
+    fine, of = bisected(body, 0.2)
+    assert fine.n_faces > 10 * body.n_faces
+    assert_allclose(
+        np.bincount(of, np.linalg.norm(fine.face_vectors, axis=1)), np.linalg.norm(body.face_vectors, axis=1)
+    )
+    inside = np.einsum(
+        "ij,ij->i", fine.vertices[fine.faces[:, 0]] - body.vertices[body.faces[of, 0]], body.face_vectors[of]
+    )
+    assert_allclose(inside, 0, atol=1e-12)
 
 
 class TestBareFaces:

@@ -106,6 +106,32 @@ def test_parts_are_separated_by_lines_and_narrow_ones_joined():
     assert whole.without_strips(~everywhere, 0.1).parts.max() + 1 == 7
 
 
+def gear(teeth):
+    """A gear whose ends are fans of slivers about their middles, as files of CAD have."""
+    n = 4 * teeth
+    i, turn, radius = np.arange(n), 2 * np.pi * np.arange(n) / n, np.tile([1, 1.1, 1.1, 1], teeth)
+    rim = np.stack([radius * np.cos(turn), radius * np.sin(turn), 0 * turn], axis=1)
+    j, up = (i + 1) % n, np.array([0, 0, 0.3])
+    sides = [[i, j, j + n], [i, j + n, i + n], [j, i, 0 * i + 2 * n], [i + n, j + n, 0 * i + 2 * n + 1]]
+    return sm.TriangleMesh(np.vstack([rim, rim + up, 0 * up, up]), np.concatenate([np.stack(t, axis=1) for t in sides]))
+
+
+def test_a_gear_of_many_teeth_is_cut_and_opened_along_all_its_edges(monkeypatch):
+    """Each part of a sliver was looked for among all slivers, and each line copied all places: minutes."""
+    monkeypatch.setattr(Triangles, "closest", None)
+    network = sm.feature_lines(gear(400))
+    assert len(network.lines) == 12 * 400
+    fine = cut_along(network, 0.05)
+    steps = np.diff(fine.surface.vertices[fine.ends[fine.sharp.ravel()]], axis=1)
+    assert np.linalg.norm(steps, axis=2).sum() == pytest.approx(2 * sum(line.length for line in network.lines))
+    whole = cut_along(network, 3.0)
+    opened = OpenedTriangles(whole, whole.surface.vertices[whole.ends].mean(axis=1).reshape(-1, 3, 3))
+    assert len(opened.paths) == 12 * 400
+    assert (
+        opened.mesh().n_vertices == opened.count == whole.surface.n_faces + (2 * 12 + 8) * 400
+    )  # two an edge, and one a corner
+
+
 @pytest.mark.parametrize("vertices", [800, 2000])
 def test_a_thin_plate_with_bores_keeps_them_its_corners_and_its_volume(vertices):
     plate = cube(100, 60, 2)

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 import simplexmesh as sm
+from simplexmesh.motion.creases.corners import MOST_TREES, _trees, corners
 from simplexmesh.motion.creases.line import CreaseLine
 from simplexmesh.motion.creases.paths import on_paths, traced
 from simplexmesh.motion.creases.sides import crossed_edges, parts
+from simplexmesh.motion.creases.tracing import Tracing
 
 CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
 
@@ -107,6 +109,19 @@ def test_lines_without_a_way_of_their_own_go_along_others():
     inner = np.concatenate([path.vertices if path.closed else path.vertices[1:-1] for path in paths])
     assert (np.bincount(steps.ravel())[inner] == 2).all()
     assert {path.line for path in paths} == {0, 1}
+
+
+@pytest.mark.parametrize("count", [7, 12, 20])
+def test_many_lines_meet_in_one_place(count):
+    """Sets of vertices for a corner were three times as many for each more line, and 20 lines took forever."""
+    trace = Tracing(sm.sphere(20), 0.0)
+    assert len(_trees(trace, 100, min(count, 12) - 2)) <= MOST_TREES
+    away = np.linspace(0.0, 0.7, 20)[:, None]
+    turns = 2 * np.pi * np.arange(count) / count
+    lines = [CreaseLine(np.sin(away) * [np.cos(t), np.sin(t), 0] + np.cos(away) * [0, 0, 1], False, 1.0) for t in turns]
+    corner = corners(trace, lines)[0, 0]
+    assert len(set(corner.vertices)) == count - 2
+    assert len(set(corner.exits.values())) == count
 
 
 class TestClosedLines:

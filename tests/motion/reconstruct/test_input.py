@@ -407,3 +407,10 @@ def test_corners_of_a_cube_show_no_surface():
     corners = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
     with pytest.raises(ValueError, match="those given show no surface"):
         sm.reconstruct(corners)
+
+
+def test_nearly_all_that_is_left_out_is_99_percent():
+    cubes = np.zeros((42, 42, 42), np.uint8)
+    cubes[np.ix_(*[np.arange(42) % 6 < 3] * 3)] = 1
+    with pytest.warns(sm.SimplexMeshWarning, match="left out 342 pieces of the label, 99 % of its samples"):
+        sm.reconstruct(cubes, vertices=200, iterations=20)

@@ -13,7 +13,7 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 
 import simplexmesh as sm
 from simplexmesh.mesh import manifold
-from simplexmesh.surface.features.lines import _kernels_normals
+from simplexmesh.surface.features.lines import _kernels_jumps, _kernels_normals, _kernels_patches
 from simplexmesh.surface.features.lines._kernels_chains import chains
 from simplexmesh.surface.features.lines._kernels_patches import patches
 from simplexmesh.surface.features.lines.edge_sets import Edges
@@ -113,6 +113,22 @@ class TestPatches:
         assert_array_equal(found[1][found[0][:-1]], at)
         assert sets(*found) == expected[::-1]
         assert len(found[1]) == sum(map(len, expected))
+
+
+def test_patches_and_windows_have_so_many_triangles_at_most():
+    """Of crumpled surfaces each held the whole: the time grew with the square of the triangles, and the memory."""
+    ball = sm.sphere(26).triangulated("dual")
+    crumpled = ball.vertices + np.random.default_rng(0).normal(scale=0.3, size=ball.vertices.shape)
+    facets = facets_of(sm.TriangleMesh(crumpled, ball.faces))
+    whole = len(facets.faces)
+    offsets, _ = patches(facets.faces, len(facets.vertices), facets.centers, np.full(20, 9.0), np.arange(20))
+    assert (np.diff(offsets) == _kernels_patches.MOST).all()
+    facets = facets.seen(np.ones(whole), np.ones(whole))
+    alike = np.tile(np.eye(3)[2], (whole, 1))
+    sides = _kernels_jumps.Sides(alike, np.ones(whole), np.zeros(whole, bool), np.zeros(3 * whole, bool))
+    stamp, queue, frame = np.full(whole, -1), np.empty(whole + 1, np.int64), tuple(map(tuple, np.eye(3)[[0, 0, 1, 2]]))
+    _kernels_jumps._side(facets, sides, 0, frame, stamp, queue)
+    assert 0.9 * _kernels_jumps.MOST < (stamp == 0).sum() < 1.2 * _kernels_jumps.MOST < whole / 2.5
 
 
 class TestGrow:

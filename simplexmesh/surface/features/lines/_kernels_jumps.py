@@ -25,6 +25,9 @@ WIDE = 13.0
 FARTHEST = 2.3
 """Distance of a crease from its edge, over the root of the area of the smaller triangle; 1.5 edges if equilateral."""
 
+MOST = 4000
+"""Triangles of a window: of crumpled surfaces, all would be in each."""
+
 FLAT = 0.05
 """In radians: filtered normals that differ by less do not tell one side from the other."""
 
@@ -96,7 +99,7 @@ def _side(facets, sides, half, frame, stamp, queue):
     head, tail = 0, 1
     total = my = myy = ms = mys = mz = lengths = 0.0
     queue[0], stamp[first] = first, half
-    while head < tail:
+    while head < min(tail, MOST):
         t = queue[head]
         place = row(facets.centers, t)
         far, share = _beside(place, start, along)

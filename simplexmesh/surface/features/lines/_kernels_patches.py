@@ -7,6 +7,9 @@ import numpy as np
 
 from simplexmesh._base._kernels_njit import njit
 
+MOST = 1000
+"""Triangles of a patch: of crumpled surfaces, and of fans, most would be in each."""
+
 
 @njit(cache=True)
 def _around_vertices(faces, n_vertices):
@@ -40,7 +43,7 @@ def patches(faces, n_vertices, centers, radii, at):
     """Return CSR (offsets, members) for triangles `at`: themselves, those that share a vertex, and those connected.
 
     Connected are those that share a vertex with one whose center is within a radius of the first's, each of which has
-    its own, and are so too.
+    its own, and are so too. Of too many these are the first that are found.
     """
     starts, around = _around_vertices(faces, n_vertices)
     offsets, stamp = np.zeros(len(at) + 1, np.int64), np.full(len(faces), -1, np.int64)
@@ -50,13 +53,15 @@ def patches(faces, n_vertices, centers, radii, at):
         if place == len(members):
             members = np.concatenate((members, np.empty_like(members)))
         members[place], stamp[t], place, k = t, i, place + 1, place
-        while k < place:
+        while k < place < offsets[i] + MOST:
             u = members[k]
             k += 1
             if u != t and (radii[i] == 0.0 or _apart(centers, t, u) > radii[i] * radii[i]):
                 continue
             for j in range(3):
                 for m in range(starts[faces[u, j]], starts[faces[u, j] + 1]):
+                    if place == offsets[i] + MOST:
+                        break
                     other = around[m]
                     if stamp[other] == i or (u != t and _apart(centers, t, other) > radii[i] * radii[i]):
                         continue
