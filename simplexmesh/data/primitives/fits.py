@@ -84,6 +84,9 @@ def fit_of(
     free = np.eye(len(matrix)) if chart is None else chart
     count, spare = len(points), len(points) * primitive.per_point - free.shape[1]
     shown = float(np.sqrt(square / spare)) if spare > 0 else float("nan")
+    telling = primitive._telling(points, shown)
+    if not telling.all():
+        matrix = primitive.normal_equations(points[telling], None if weights is None else weights[telling])[0]
     covariance = (shown if noise is None else noise) ** 2 * free @ inverse(free.T @ matrix @ free) @ free.T
     covered = primitive.coverage(points) if primitive.periods[0] else None
     rms = float(np.sqrt(square / count))

@@ -303,7 +303,7 @@ def test_a_fitted_plane_ends_with_the_smallest_rectangle_around_its_points(seed)
 def test_a_direction_of_coordinates_is_in_the_plane():
     plane = P.Plane([0, 0, 1], [0, 0, 2], across=[1, 1, 5])
     assert_allclose(plane.at([[np.sqrt(2), 0]]), [[1, 1, 1]], atol=1e-12)
-    with pytest.raises(ValueError, match="across must have a direction in the plane"):
+    with pytest.raises(ValueError, match="across must not be along"):
         P.Plane([0, 0, 1], [0, 0, 2], across=[0, 0, 3])
 
 
