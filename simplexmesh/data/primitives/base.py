@@ -70,6 +70,9 @@ class Primitive:
     _knots: Array = NO_WEIGHTS
     """Where along the second coordinate the profile has corners."""
 
+    _least_slope: ClassVar[float] = -np.inf
+    """Of the distance along a normal, with which a vertex goes on."""
+
     _moves: ClassVar[tuple[int, ...]] = (0, 1, 2, 3, 4)
     """Which motions of a frame change it: two tilts of the axis, shifts across it twice, and along it; a turn about it."""
 
@@ -291,7 +294,7 @@ class Primitive:
         with np.errstate(all="ignore"):
             for _ in range(NEWTON_STEPS):
                 at = start + way[:, None] * along
-                way = way - self.distance(at) / dot(self.gradient(at), along)
+                way = way - self.distance(at) / np.maximum(dot(self.gradient(at), along), self._least_slope)
                 lost |= ~np.isfinite(way)
                 way = np.where(lost, 0.0, way)
             way = np.where(lost, np.inf, way)

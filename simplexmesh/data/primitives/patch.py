@@ -107,7 +107,8 @@ def grid(primitive: Primitive, edge: float | None) -> tuple[Array, Indices]:
 
 def _line(ends: Array, steps: int, knots: Array) -> Array:
     """Return coordinates (n,) between ends, in even steps and where there are knots."""
-    within = knots[(knots > ends[0]) & (knots < ends[1])]
+    margin = 1e-9 * (ends[1] - ends[0])
+    within = knots[(knots > ends[0] + margin) & (knots < ends[1] - margin)]
     even = np.linspace(ends[0], ends[1], steps + 1)
     far = np.abs(even[:, None] - within).min(axis=1, initial=np.inf) > 0.25 * (ends[1] - ends[0]) / steps
     far[[0, -1]] = True

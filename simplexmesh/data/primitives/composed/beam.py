@@ -79,6 +79,10 @@ class Beam(Composed):
         if self.across is not None:
             object.__setattr__(self, "across", perpendicular("across", self.across, self.axis))
 
+    def as_dict(self) -> dict[str, Any]:
+        """Return kind and parameters as plain lists and numbers."""
+        return super().as_dict() | {"across": self.frame[0].tolist()}
+
     def stepped(self, step: ArrayLike) -> Self:
         """Return it with its parameters moved by a step (p,): tilts, shifts, a turn about the axis, measures."""
         turn = float(np.asarray(step)[4])

@@ -31,6 +31,9 @@ class Composed(Primitive):
     _begin: ClassVar[int] = 0
     """The corner from which lengths count."""
 
+    _least_slope: ClassVar[float] = 0.25
+    """In an inner corner the nearest side is not the one ahead, and the distance may not change on the way to that."""
+
     def measured(self, points: ArrayLike) -> tuple[Array, Array]:
         """Return distances (n,) and gradients (n, 3) of points (n, 3) at once."""
         local = self._local(points)
