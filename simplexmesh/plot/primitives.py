@@ -22,6 +22,9 @@ COLORS = {
     "cone": "#b07fb8",
     "oblique cone": "#b07fb8",
     "torus": "#d9705a",
+    "beam": "#8a97a6",
+    "flange": "#5aa38c",
+    "flange pair": "#5aa38c",
     "line": INK,
     "circle": INK,
 }

@@ -9,7 +9,7 @@ import numpy as np
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import cross, dot, tangents
 from simplexmesh.data.primitives import Beam, Flange, FlangePair, Primitive
-from simplexmesh.numerics.round_fits import across_normals, from_axis
+from simplexmesh.numerics.round_fits import across_normals, from_axis, met_axis
 
 SHARES = (0.05, 0.15)
 """Of a beam's size, that its flanges and its web may be thick."""
@@ -39,8 +39,9 @@ def beams(points: Array, normals: Array) -> Iterator[Beam | None]:
 
 
 def flanges(kind: type[Flange], points: Array, normals: Array) -> Iterator[Flange | None]:
-    """Yield flanges about lines that all normals meet, whose direction is a principal one of the normals."""
-    for axis in across_normals(normals):
+    """Yield flanges about lines that all normals meet, also of those along each principal direction of the normals."""
+    met = met_axis(points, normals)
+    for axis in [*across_normals(normals)] + ([] if met is None else [met[1]]):
         frame = np.stack(tangents(axis))
         rows = cross(normals, np.broadcast_to(axis, normals.shape))
         on = np.linalg.lstsq(rows @ frame.T, dot(rows, points), rcond=None)[0] @ frame

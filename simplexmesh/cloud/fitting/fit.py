@@ -49,8 +49,8 @@ def fit_primitive(
         At least as many different ones as the kind has parameters.
     kind : str
         "plane", "sphere", "cylinder", "cone", "torus", "line", "circle", "beam" (of I or H section), "flange", "flange
-        pair", or "any": of the first five the one of the fewest parameters than which no other one is clearly better (by
-        the Bayesian information criterion).
+        pair", or "any": of the first five the one of the fewest parameters than which no other one is clearly better
+        (by the Bayesian information criterion).
     radius : float, optional
         Known radius of a sphere, cylinder or circle, or of the middle of the tube of a torus.
     axis : (3,) array of float, optional

@@ -1,4 +1,4 @@
-"""Planes, spheres, cylinders, cones, tori, lines, circles, beams and flanges: exact distances, coordinates, samples, meshes."""
+"""Planes, spheres, cylinders, cones, tori, lines, circles, beams and flanges: distances, samples, meshes."""
 
 from simplexmesh.data.primitives.base import Primitive as Primitive
 from simplexmesh.data.primitives.circle import Circle as Circle
@@ -15,5 +15,18 @@ from simplexmesh.data.primitives.sphere import Sphere as Sphere
 from simplexmesh.data.primitives.torus import Torus as Torus
 
 __all__ = [
-    *("Beam", "Circle", "Cone", "Cylinder", "Fit", "Flange", "FlangePair", "Line", "Plane", "Primitive", "Sphere", "Torus"),
+    *(
+        "Beam",
+        "Circle",
+        "Cone",
+        "Cylinder",
+        "Fit",
+        "Flange",
+        "FlangePair",
+        "Line",
+        "Plane",
+        "Primitive",
+        "Sphere",
+        "Torus",
+    ),
 ]

@@ -31,6 +31,9 @@ PLACES, DIRECTIONS = ("point", "center"), ("axis", "normal", "direction")
 NO_WEIGHTS = np.zeros(0)
 """All weights are 1."""
 
+NO_CORNERS = np.zeros(0)
+"""Of a profile that is smooth."""
+
 NEWTON_STEPS = 12
 """Along a vertex' normal."""
 
@@ -67,14 +70,11 @@ class Primitive:
     _code: ClassVar[int]
     """The kind as kernels know it."""
 
-    _knots: Array = NO_WEIGHTS
-    """Where along the second coordinate the profile has corners."""
-
     _least_slope: ClassVar[float] = -np.inf
     """Of the distance along a normal, with which a vertex goes on."""
 
     _moves: ClassVar[tuple[int, ...]] = (0, 1, 2, 3, 4)
-    """Which motions of a frame change it: two tilts of the axis, shifts across it twice, and along it; a turn about it."""
+    """Which motions of a frame change it: two tilts of the axis, two shifts across it, one along it, a turn."""
 
     fit: Fit | None
 
@@ -108,6 +108,11 @@ class Primitive:
         """A point of the axis, and its direction."""
         place, direction = self._names()[:2]
         return getattr(self, place), getattr(self, direction)
+
+    @property
+    def _knots(self) -> Array:
+        """Where along the second coordinate the profile has corners."""
+        return NO_CORNERS
 
     @property
     def _shape(self) -> tuple[float, ...]:
@@ -262,7 +267,9 @@ class Primitive:
     def sampled(self, count: int, *, rng: np.random.Generator | int = 0) -> PointCloud:
         """Return points spread evenly at random over the part within the extent, of surfaces with their normals."""
         number = checks.integer("count", count, 1)
-        points = self.at(patch.sampled(self._area_density, self._ends(), number, checks.generator("rng", rng), self._knots))
+        points = self.at(
+            patch.sampled(self._area_density, self._ends(), number, checks.generator("rng", rng), self._knots)
+        )
         return PointCloud(points, self.gradient(points) if self.per_point == 1 else None)
 
     @property

@@ -88,15 +88,16 @@ def grid(primitive: Primitive, edge: float | None) -> tuple[Array, Indices]:
         periodic and bool(np.diff(row) > TURN - 1e-9) for row, periodic in zip(ends, primitive.periods, strict=True)
     ]
     counts = _steps(primitive, ends, edge)
-    u, v = np.linspace(*ends[0], counts[0] + 1), _line(ends[1], counts[1], primitive._knots)
+    u, v = np.linspace(ends[0, 0], ends[0, 1], counts[0] + 1), _line(ends[1], counts[1], primitive._knots)
     index = np.arange(len(u) * len(v)).reshape(len(u), len(v))
     points = primitive.at(np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1).reshape(-1, 2))
     if closed[0]:
         index[-1] = index[0]
-    if closed[1] or np.allclose(points[index[:, 0]], points[index[:, -1]], rtol=0, atol=1e-9 * np.ptp(points, axis=0).max()):
+    rounding = 1e-9 * np.ptp(points, axis=0).max()
+    if closed[1] or np.abs(points[index[:, 0]] - points[index[:, -1]]).max() < rounding:
         index[:, -1] = index[:, 0]
     for k in (0, -1):
-        if np.ptp(points[index[:, k]], axis=0).max() < 1e-9 * np.ptp(points, axis=0).max():
+        if np.ptp(points[index[:, k]], axis=0).max() < rounding:
             index[:, k] = index[0, k]
     a, b, c, d = index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]
     faces = np.concatenate([np.stack([a, b, c], axis=-1), np.stack([a, c, d], axis=-1)]).reshape(-1, 3)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Self, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -73,7 +73,8 @@ class Beam(Composed):
     def __post_init__(self) -> None:
         super().__post_init__()
         if not 2 * self.flange_thickness < self.depth:
-            raise ValueError(f"flange_thickness must be below half the depth, not {self.flange_thickness:g} of {self.depth:g}")
+            half = self.depth / 2
+            raise ValueError(f"flange_thickness must be below half the depth, {half:g}, not {self.flange_thickness:g}")
         if not self.web_thickness < self.width:
             raise ValueError(f"web_thickness must be below the width, {self.width:g}, not {self.web_thickness:g}")
         if self.across is not None:
@@ -109,7 +110,7 @@ class Beam(Composed):
         return TriangleMesh(found.vertices, found.faces[:, ::-1])  # as across and around are to the left
 
     def _with(self, origin: Array, axis: Array, *shape: Any) -> Self:
-        return type(self)(origin, axis, *shape, across=self.across)
+        return cast(Any, type(self))(origin, axis, *shape, across=self.across)
 
     def _across(self) -> Array:
         if self.across is None:

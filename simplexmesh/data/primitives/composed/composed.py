@@ -15,18 +15,21 @@ from simplexmesh.data.primitives.base import Primitive
 from simplexmesh.data.primitives.composed.profile import Feet, feet
 from simplexmesh.data.primitives.curve import eased
 
-NEAR = 2.0
+NECK = 1e3
+"""Of the first measure: a profile that goes on for longer has no end there."""
+
+NEAR = 3.0
 """Deviations of the noise."""
 
 
 class Composed(Primitive):
-    """A profile of straight pieces: the distance of a point is that of the nearest piece, by zones (Chaperon 2002, 4.5.5).
+    """A profile of straight pieces, of which each is nearest in a zone (Chaperon 2002, 4.5.5).
 
     The second surface coordinate is the length along the profile.
     """
 
     _table: ClassVar[Array]
-    """(m, 2, k): corners of the profile by the measures, what is inside on the left; twice the first of a closed one."""
+    """(m, 2, k): corners of the profile by the measures, the inside on the left; a closed one ends with the first."""
 
     _begin: ClassVar[int] = 0
     """The corner from which lengths count."""
@@ -39,6 +42,12 @@ class Composed(Primitive):
         local = self._local(points)
         found = self._feet(local)
         return found.distance, self._lifted(local, found.gradient) @ self.frame
+
+    def within(self, points: ArrayLike) -> Array:
+        """Return the ranges (2, 2) of the surface coordinates: of all the profile but necks, and of points (n, 3)."""
+        out, whole = super().within(points), self._knots[[0, -1]]
+        out[1] = np.where(np.abs(whole) < NECK * self._shape[0], whole, out[1])
+        return out
 
     def derivatives(self, points: ArrayLike) -> Array:
         """Return the derivatives (n, p) of the distances of points (n, 3) by the parameters, for `stepped`."""
