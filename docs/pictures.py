@@ -136,7 +136,7 @@ def composed():
     plotter = sm.plot.stage(columns=3, size=(1500, 520))
     for column, (shape, ends) in enumerate(
         [
-            (P.Beam([0, 0, 0], [0, 0, 1], 0.2, 0.12, 0.016, 0.012, across=[1, 0, 0]), [[0, 0.5], [0, 0.856]]),
+            (P.Beam([0, 0, 0], [1, 0, 0], 0.16, 0.12, 0.016, 0.012, across=[0, 1, 0]), [[-0.2, 0.2], [0, 0.776]]),
             (P.Flange([0, 0, 0], [1, 0, 0], 0.1, 0.03, 0.05), [[-np.pi, np.pi], [-0.2, 0.18]]),
             (P.FlangePair([0, 0, 0], [1, 0, 0], 0.1, 0.05, 0.05), [[-np.pi, np.pi], [-0.2, 0.35]]),
         ]
@@ -146,7 +146,9 @@ def composed():
         points = cloud.points + 0.001 * rng.normal(size=(9000, 1)) * cloud.normals
         found = sm.fit_primitive(points, shape.kind)
         plotter.subplot(0, column)
-        sizes = [f"{name.replace('_', ' ')} {1000 * getattr(found, name):.1f}" for name in found._measures()]
+        short = "_thickness" if found.kind == "beam" else ""
+        names = [name.removesuffix(short).replace("_", " ") for name in found._measures()]
+        sizes = [f"{name} {1000 * size:.1f}" for name, size in zip(names, found._shape, strict=True)]
         lines = "\n".join(", ".join(sizes[k : k + 2]) for k in range(0, len(sizes), 2))
         sm.plot.primitives(points, found, title=f"{found.kind}\n{lines} mm", plotter=plotter)
     return [sm.plot.looked_at(plotter, (0.9, -0.7, 0.6))]
