@@ -130,6 +130,30 @@ def primitives():
     return [sm.plot.looked_at(row, "xy") for row in rows]
 
 
+def composed():
+    """Noisy points of a beam, a flange and a pair of flanges, and what is fitted to them."""
+    P, rng = sm.primitives, np.random.default_rng(0)
+    plotter = sm.plot.stage(columns=3, size=(1500, 520))
+    for column, (shape, ends) in enumerate(
+        [
+            (P.Beam([0, 0, 0], [1, 0, 0], 0.16, 0.12, 0.016, 0.012, across=[0, 1, 0]), [[-0.2, 0.2], [0, 0.776]]),
+            (P.Flange([0, 0, 0], [1, 0, 0], 0.1, 0.03, 0.05), [[-np.pi, np.pi], [-0.2, 0.18]]),
+            (P.FlangePair([0, 0, 0], [1, 0, 0], 0.1, 0.05, 0.05), [[-np.pi, np.pi], [-0.2, 0.35]]),
+        ]
+    ):
+        given = shape.with_fit(P.Fit(0.0, 0.0, np.zeros((shape.n_parameters,) * 2), np.array(ends), 1))
+        cloud = given.sampled(9000, rng=rng)
+        points = cloud.points + 0.001 * rng.normal(size=(9000, 1)) * cloud.normals
+        found = sm.fit_primitive(points, shape.kind)
+        plotter.subplot(0, column)
+        short = "_thickness" if found.kind == "beam" else ""
+        names = [name.removesuffix(short).replace("_", " ") for name in found._measures()]
+        sizes = [f"{name} {1000 * size:.1f}" for name, size in zip(names, found._shape, strict=True)]
+        lines = "\n".join(", ".join(sizes[k : k + 2]) for k in range(0, len(sizes), 2))
+        sm.plot.primitives(points, found, title=f"{found.kind}\n{lines} mm", plotter=plotter)
+    return [sm.plot.looked_at(plotter, (0.9, -0.7, 0.6))]
+
+
 def occlusion():
     """A molar with its cusps, a displaced guide cut in half, and the guide in occlusion, as in guides.md."""
     tooth = sm.reconstruct(DATA / "tooth.nhdr", level=600, vertices=6000).mesh.triangulated("dual")
@@ -384,6 +408,7 @@ PICTURES = {  # name: what draws it, row by row, and its width in pixels
     "colors": (colors, 1200),
     "coming": (same_voxels, 1200),
     "compare": (compared, 1200),
+    "composed": (composed, 1500),
     "features": (features, 1500),
     "frog": (demo("frog"), 1200),
     "landscape": (demo("recognition", "show_landscape"), 1080),

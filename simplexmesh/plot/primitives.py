@@ -22,6 +22,9 @@ COLORS = {
     "cone": "#b07fb8",
     "oblique cone": "#b07fb8",
     "torus": "#d9705a",
+    "beam": "#8a97a6",
+    "flange": "#5aa38c",
+    "flange pair": "#5aa38c",
     "line": INK,
     "circle": INK,
 }
@@ -64,7 +67,7 @@ def primitives(
     for primitive in _primitives(found):
         part, color = primitive.to_pyvista(), COLORS[primitive.kind]
         if part.n_cells:
-            part = part.compute_normals(split_vertices=False, auto_orient_normals=False)
+            part = part.compute_normals(split_vertices=True, auto_orient_normals=False)
             add(plotter, part, SURFACE_LIT, color=color)
         else:
             plotter.add_mesh(part, color=color, line_width=4)

@@ -9,21 +9,12 @@ import numpy as np
 
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import dot, norm, normalized, tangents
-from simplexmesh.cloud.fitting import starts
+from simplexmesh.cloud.fitting import composed_starts, starts
 from simplexmesh.cloud.fitting.solver import solve
 from simplexmesh.data.primitives import Cylinder, Primitive, Torus
 
 Known = dict[str, Any]
 """Parameters that are known, by the names of arguments."""
-
-MEASURES = {
-    "sphere": ("radius",),
-    "cylinder": ("radius",),
-    "cone": ("half_angle",),
-    "torus": ("radius", "tube_radius"),
-    "circle": ("radius",),
-}
-"""Names of the measures of kinds besides the pose."""
 
 DIRECTIONS = 100
 """Axes over the half sphere that a cylinder is looked for about: 14 degrees apart."""
@@ -51,6 +42,8 @@ def candidates(kind: str, points: Array, normals: Array, known: Known, rng: int)
         found = _cones(points, normals, known)
     elif kind == "torus":
         found = _tori(points, normals, axis, np.random.default_rng(rng))
+    elif kind in composed_starts.STARTS:
+        found = composed_starts.STARTS[kind](points, normals)
     else:
         found = iter([starts.STARTS[kind](points, normals)])
     return (given(each, points, known) for each in found if each is not None)
@@ -59,9 +52,9 @@ def candidates(kind: str, points: Array, normals: Array, known: Known, rng: int)
 def given(primitive: Primitive, points: Array, known: Known) -> Primitive:
     """Return a primitive with known parameters put in; the side of a surface that faces the points stays in place."""
     origin, axis = primitive._pose
-    shape = dict(zip(MEASURES.get(primitive.kind, ()), primitive._shape, strict=True))
+    shape = dict(zip(primitive._measures(), primitive._shape, strict=True))
     if "axis" in known:
-        turned = primitive.kind == "cone" and "point" not in known and known["axis"] @ axis < 0
+        turned = primitive.kind in ("cone", "flange") and "point" not in known and known["axis"] @ axis < 0
         axis = -known["axis"] if turned else known["axis"]
     if "point" in known:
         origin = known["point"]

@@ -13,6 +13,7 @@ from simplexmesh._base.arrays import Array, Mask
 from simplexmesh.cloud.fitting.inputs import Given
 from simplexmesh.cloud.validation.validation import MOST_POINTS, TERMS, Validation, validated
 from simplexmesh.data.primitives import Primitive, fit_of
+from simplexmesh.data.primitives.fits import undetermined
 
 
 def described(primitive: Primitive, given: Given, used: Mask, mask: Mask | None) -> Primitive:
@@ -28,7 +29,9 @@ def described(primitive: Primitive, given: Given, used: Mask, mask: Mask | None)
     told: dict[str, Any] = {"weights": given.weights, "noise": given.noise, "tests": tests, "vertices": vertices}
     fit = fit_of(primitive, points, chart=chart, **told)
     if np.isnan(fit.covariance).any() and not np.isnan(fit.noise):
-        raise ValueError(f"points must determine a {primitive.kind}, but these leave some of its parameters free")
+        free_names = ", ".join(undetermined(primitive, points, fit.noise))
+        wanted = f"points must determine a {primitive.kind}"
+        raise ValueError(f"{wanted}, but these leave some of its parameters free: {free_names}")
     return primitive.with_fit(fit)
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from simplexmesh._base import checks
 from simplexmesh._base.arrays import Mask
 from simplexmesh._base.errors import warn
 from simplexmesh.cloud.fitting import selection
@@ -27,6 +29,7 @@ def fit_primitive(
     point: ArrayLike | None = None,
     tube_radius: float | None = None,
     half_angle: float | None = None,
+    measures: Mapping[str, float] | None = None,
     start: Primitive | None = None,
     normals: ArrayLike | None = None,
     robust: bool = False,
@@ -34,7 +37,7 @@ def fit_primitive(
     weights: ArrayLike | None = None,
     rng: np.random.Generator | int = 0,
 ) -> Primitive:
-    """Fit a plane, sphere, cylinder, cone, torus, line or circle to points, or the simplest surface that suits them.
+    """Fit a plane, cylinder, beam, flange or other primitive to points, or the simplest surface that suits them.
 
     The sum of the squared distances is least; these are exact, not algebraic. Of several initial values, from normals,
     from directions all over the sphere and from simpler primitives, the best one is refined (Levenberg-Marquardt in
@@ -45,8 +48,9 @@ def fit_primitive(
     points : (n, 3) array of float, PointCloud, or path
         At least as many different ones as the kind has parameters.
     kind : str
-        "plane", "sphere", "cylinder", "cone", "torus", "line", "circle", or "any": of the five surfaces the one of the
-        fewest parameters than which no other one is clearly better (by the Bayesian information criterion).
+        "plane", "sphere", "cylinder", "cone", "torus", "line", "circle", "beam" (of I or H section), "flange", "flange
+        pair", or "any": of the first five the one of the fewest parameters than which no other one is clearly better
+        (by the Bayesian information criterion).
     radius : float, optional
         Known radius of a sphere, cylinder or circle, or of the middle of the tube of a torus.
     axis : (3,) array of float, optional
@@ -57,6 +61,8 @@ def fit_primitive(
         Known radius of the tube of a torus.
     half_angle : float, optional
         Known angle between the axis and the surface of a cone, in radians.
+    measures : mapping of str to float, optional
+        Known measures of a beam or flange by their names, `{"web_thickness": 0.008}`: those that no point tells.
     start : Primitive, optional
         One of the kind to start from instead.
     normals : (n, 3) array of float, optional
@@ -100,6 +106,7 @@ def fit_primitive(
     ('cylinder', 2.0)
     """
     known = {"axis": axis, "point": point, "radius": radius, "tube_radius": tube_radius, "half_angle": half_angle}
+    known |= _mapping(measures)
     given = checked(kind, known, start, rows(points, normals, weights), robust=robust, noise=noise, rng=rng)
     cloud = cloud_of(given)
     found = _chosen(cloud, given) if kind == "any" else _wanted(kind, cloud, given)
@@ -111,6 +118,13 @@ def fit_primitive(
         found = solve(found, cloud.points, weights=given.weights, fixed=mask)
     out = scaled(found, given.size, given.middle)
     return described(out, given, used, mask)
+
+
+def _mapping(measures: Mapping[str, float] | None) -> dict[str, float]:
+    """Return known measures, or say that they are none."""
+    if measures is not None and not isinstance(measures, Mapping):
+        raise TypeError(f"measures must map names to lengths, not be a {checks.type_name(measures)}")
+    return {} if measures is None else dict(measures)
 
 
 def _wanted(kind: str, cloud: Cloud, given: Given) -> Primitive:

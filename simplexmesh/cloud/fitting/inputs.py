@@ -16,9 +16,23 @@ from simplexmesh.cloud.fitting.starts import scaled
 from simplexmesh.cloud.validation.validation import ROUNDING
 from simplexmesh.data.conversion import as_points
 from simplexmesh.data.points import warn_of_steps
-from simplexmesh.data.primitives import Circle, Cone, Cylinder, Line, Plane, Primitive, Sphere, Torus
+from simplexmesh.data.primitives import (
+    Beam,
+    Circle,
+    Cone,
+    Cylinder,
+    Flange,
+    FlangePair,
+    Line,
+    Plane,
+    Primitive,
+    Sphere,
+    Torus,
+)
 
-KINDS: dict[str, type[Primitive]] = {each.kind: each for each in (Plane, Sphere, Cylinder, Cone, Torus, Line, Circle)}
+KINDS: dict[str, type[Primitive]] = {
+    each.kind: each for each in (Plane, Sphere, Cylinder, Cone, Torus, Line, Circle, Beam, Flange, FlangePair)
+}
 """All kinds."""
 
 HELD = {
@@ -28,7 +42,10 @@ HELD = {
     "tube_radius": ("tube",),
     "half_angle": ("half angle",),
 }
-"""How the parameters of charts begin that are known with an argument."""
+"""How the parameters of charts begin that are known with an argument, unless they are called as that is."""
+
+UNITLESS = ("axis", "point", "half_angle")
+"""Arguments of known parameters that are no lengths."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,13 +110,13 @@ def held(kind: str, known: Known) -> Mask | None:
     """Return which parameters of a kind's chart are known, None if none are."""
     if not known:
         return None
-    begins = tuple(begin for name in known for begin in HELD[name])
+    begins = tuple(begin for name in known for begin in _begins(name))
     return np.array([name.startswith(begins) for name in KINDS[kind].parameter_names])
 
 
 def in_unit(given: Given) -> Known:
     """Return what is known, in the unit of the size of the points and about their middle."""
-    lengths = {name: value / given.size for name, value in given.known.items() if name in ("radius", "tube_radius")}
+    lengths = {name: value / given.size for name, value in given.known.items() if name not in UNITLESS}
     place = {"point": (given.known["point"] - given.middle) / given.size} if "point" in given.known else {}
     return given.known | lengths | place
 
@@ -112,7 +129,7 @@ def _known(kind: str, given: Known) -> Known:
             continue
         if kind == "any":
             raise ValueError(f"{name} must be left out where any kind is looked for")
-        if not any(each.startswith(HELD[name]) for each in KINDS[kind].parameter_names):
+        if not any(each.startswith(_begins(name)) for each in KINDS[kind].parameter_names):
             raise ValueError(f"{name} must be left out: a {kind} has none")
         if name == "axis":
             out[name] = normalized(checks.array(name, value, (3,)))
@@ -125,6 +142,10 @@ def _known(kind: str, given: Known) -> Known:
     if out.get("half_angle", 0.0) >= np.pi / 2:
         raise ValueError(f"half_angle must be below pi / 2, in radians, not {out['half_angle']:g}")
     return out
+
+
+def _begins(name: str) -> tuple[str, ...]:
+    return HELD.get(name, (str(name).replace("_", " "),))
 
 
 def _start(kind: str, start: Primitive) -> Primitive:

@@ -8,6 +8,7 @@ from itertools import islice
 import numpy as np
 
 from simplexmesh._base.arrays import Array, Mask
+from simplexmesh.cloud.fitting import composed_starts
 from simplexmesh.cloud.fitting.candidates import FEW, STEPS, TRIED, Known, candidates, given
 from simplexmesh.cloud.fitting.inputs import Given, in_unit
 from simplexmesh.cloud.fitting.solver import solve
@@ -16,6 +17,9 @@ from simplexmesh.data.primitives import Cone, Primitive
 from simplexmesh.numerics.plane_fits import planes
 from simplexmesh.numerics.robust import NORMAL_MAD, robust_scale
 from simplexmesh.numerics.round_fits import from_axis
+
+MANY = 1000
+"""... on which starts of composed primitives are, as few are on each side of them."""
 
 LEAST_POINTS = 24
 """... at least, of weighted ones, if there are as many."""
@@ -72,7 +76,8 @@ def fitted(kind: str, cloud: Cloud, mask: Mask | None, *, robust: bool, start: P
             tried = list(candidates(kind, cloud.some, cloud.normals, cloud.known, cloud.seed))
             if robust:
                 tried += _of_subsets(kind, cloud)
-    few = cloud.some[:: -(-len(cloud.some) // FEW)]
+    count = MANY if kind in composed_starts.STARTS else FEW
+    few = cloud.some[:: -(-len(cloud.some) // count)]
     found = [_improved(each, few, mask, robust=robust) for each in tried]
     if not found:
         return None

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
-from simplexmesh._base.arrays import Array, Indices
-from simplexmesh._base.vectors import dot, norm
+from simplexmesh._base.arrays import Array, Indices, Mask
+from simplexmesh._base.vectors import dot, norm, normalized
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.primitives import _kernels_profiles as kernels
 from simplexmesh.data.primitives import patch
@@ -30,6 +30,9 @@ PLACES, DIRECTIONS = ("point", "center"), ("axis", "normal", "direction")
 
 NO_WEIGHTS = np.zeros(0)
 """All weights are 1."""
+
+NO_CORNERS = np.zeros(0)
+"""Of a profile that is smooth."""
 
 NEWTON_STEPS = 12
 """Along a vertex' normal."""
@@ -67,8 +70,11 @@ class Primitive:
     _code: ClassVar[int]
     """The kind as kernels know it."""
 
+    _least_slope: ClassVar[float] = -np.inf
+    """Of the distance along a normal, with which a vertex goes on."""
+
     _moves: ClassVar[tuple[int, ...]] = (0, 1, 2, 3, 4)
-    """Which of the five motions of a frame change it: two tilts of the axis, shifts across it twice, and along it."""
+    """Which motions of a frame change it: two tilts of the axis, two shifts across it, one along it, a turn."""
 
     fit: Fit | None
 
@@ -92,11 +98,21 @@ class Primitive:
         """Return the names of place, direction, and the measures of the shape."""
         return tuple(each.name for each in fields(cast(Any, cls)) if each.name not in ("fit", "across"))
 
+    @classmethod
+    def _measures(cls) -> tuple[str, ...]:
+        """Return the names of the measures of the shape, besides the pose."""
+        return tuple(name for name in cls._names() if name not in PLACES + DIRECTIONS)
+
     @property
     def _pose(self) -> tuple[Array, Array]:
         """A point of the axis, and its direction."""
         place, direction = self._names()[:2]
         return getattr(self, place), getattr(self, direction)
+
+    @property
+    def _knots(self) -> Array:
+        """Where along the second coordinate the profile has corners."""
+        return NO_CORNERS
 
     @property
     def _shape(self) -> tuple[float, ...]:
@@ -241,23 +257,25 @@ class Primitive:
     def stepped(self, step: ArrayLike) -> Self:
         """Return it with its parameters moved by a step (p,): tilts of the axis, shifts, measures."""
         step = np.asarray(step, float)
-        motion = np.zeros(5)
+        motion = np.zeros(6)
         motion[list(self._moves)] = step[: len(self._moves)]
         origin, axis = self._pose
         axis = axis + motion[:2] @ self.frame[:2]
         measures = np.asarray(self._shape) + step[len(self._moves) :]
-        return self._with(origin + motion[2:] @ self.frame, axis, *measures.tolist())
+        return self._with(origin + motion[2:5] @ self.frame, axis, *measures.tolist())
 
     def sampled(self, count: int, *, rng: np.random.Generator | int = 0) -> PointCloud:
         """Return points spread evenly at random over the part within the extent, of surfaces with their normals."""
         number = checks.integer("count", count, 1)
-        points = self.at(patch.sampled(self._area_density, self._ends(), number, checks.generator("rng", rng)))
+        points = self.at(
+            patch.sampled(self._area_density, self._ends(), number, checks.generator("rng", rng), self._knots)
+        )
         return PointCloud(points, self.gradient(points) if self.per_point == 1 else None)
 
     @property
     def bounds(self) -> Array:
         """(2, 3): the least and greatest coordinates of the part within the extent."""
-        corners = patch.extremes(self.frame, self._ends(), self.periods)
+        corners = patch.extremes(self.frame, self._ends(), self.periods, self._knots)
         at = self.at(corners)
         return np.stack([at.min(axis=0), at.max(axis=0)])
 
@@ -283,7 +301,7 @@ class Primitive:
         with np.errstate(all="ignore"):
             for _ in range(NEWTON_STEPS):
                 at = start + way[:, None] * along
-                way = way - self.distance(at) / dot(self.gradient(at), along)
+                way = way - self.distance(at) / np.maximum(dot(self.gradient(at), along), self._least_slope)
                 lost |= ~np.isfinite(way)
                 way = np.where(lost, 0.0, way)
             way = np.where(lost, np.inf, way)
@@ -293,6 +311,10 @@ class Primitive:
         if self.extent is not None:
             met &= patch.inside(self.coordinates(at), self.extent, self.periods)
         return np.where(met, way, np.nan)
+
+    def _telling(self, points: Array, noise: float) -> Mask:
+        """Return which points (n, 3) tell how well the parameters are known."""
+        return np.ones(len(points), bool)
 
     def _across(self) -> Array:
         """Return two directions (2, 3) across the axis."""
@@ -341,6 +363,15 @@ class Primitive:
         given = (np.ascontiguousarray(points), weights, loss_scale)
         cost = kernels.normal_equations(surface, self._columns(), *given, matrix, downhill)
         return matrix, downhill, cost
+
+
+def perpendicular(name: str, value: ArrayLike, axis: Array) -> Array:
+    """Return the unit direction (3,) of a vector across an axis."""
+    vector = checks.array(name, value, (3,))
+    across = normalized(vector - (vector @ axis) * axis)
+    if not across.any():
+        raise ValueError(f"{name} must not be along the axis or the normal")
+    return checks.frozen(across)
 
 
 def _direction(name: str, value: ArrayLike) -> Array:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from simplexmesh._base import checks
-from simplexmesh._base.arrays import Array, Indices
+from simplexmesh._base.arrays import Array, Indices, Mask
 
 if TYPE_CHECKING:
     from simplexmesh.cloud.validation.validation import Validation
@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
 SINGULAR = 1e-13
 """Of the largest eigenvalue of a matrix of unit diagonal: parameters below are not told by the points."""
+
+PART = 0.1
+"""Of a mode that is not told: a parameter that has less is not of it."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -84,6 +87,9 @@ def fit_of(
     free = np.eye(len(matrix)) if chart is None else chart
     count, spare = len(points), len(points) * primitive.per_point - free.shape[1]
     shown = float(np.sqrt(square / spare)) if spare > 0 else float("nan")
+    telling = primitive._telling(points, shown)
+    if not telling.all():
+        matrix = primitive.normal_equations(points[telling], None if weights is None else weights[telling])[0]
     covariance = (shown if noise is None else noise) ** 2 * free @ inverse(free.T @ matrix @ free) @ free.T
     covered = primitive.coverage(points) if primitive.periods[0] else None
     rms = float(np.sqrt(square / count))
@@ -92,8 +98,27 @@ def fit_of(
 
 def inverse(matrix: Array) -> Array:
     """Return the inverse (p, p) of a normal matrix, whatever the units of its parameters; NaN if it is singular."""
-    scale = np.sqrt(np.maximum(np.diagonal(matrix), 1e-300))
-    values, vectors = np.linalg.eigh(matrix / np.outer(scale, scale))
-    if not values.min(initial=np.inf) > SINGULAR * values.max(initial=0.0):
+    scale, values, vectors = _unit_modes(matrix)
+    if _free(values).any():
         return np.full_like(matrix, np.nan)
     return np.asarray((vectors / values) @ vectors.T / np.outer(scale, scale))
+
+
+def undetermined(primitive: Primitive, points: Array, noise: float) -> list[str]:
+    """Return the names of the parameters of a primitive that points (n, 3) leave free, alone or together."""
+    matrix = primitive.normal_equations(points[primitive._telling(points, noise)])[0]
+    _, values, vectors = _unit_modes(matrix)
+    part = np.abs(vectors[:, _free(values)]).max(axis=1, initial=0.0)
+    return [name for name, moved in zip(primitive.parameter_names, part, strict=True) if moved > PART]
+
+
+def _unit_modes(matrix: Array) -> tuple[Array, Array, Array]:
+    """Return the scales of parameters, and eigenvalues and -vectors of the matrix in them."""
+    scale = np.sqrt(np.maximum(np.diagonal(matrix), 1e-300))
+    return scale, *np.linalg.eigh(matrix / np.outer(scale, scale))
+
+
+def _free(values: Array) -> Mask:
+    """Return which modes no point tells."""
+    free: Mask = ~(values > SINGULAR * values.max(initial=0.0))
+    return free

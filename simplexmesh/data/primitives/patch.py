@@ -48,9 +48,11 @@ def inside(coordinates: Array, ends: Array, periods: tuple[bool, bool]) -> Mask:
     return out
 
 
-def sampled(density: Callable[[Array], Array], ends: Array, count: int, rng: np.random.Generator) -> Array:
+def sampled(
+    density: Callable[[Array], Array], ends: Array, count: int, rng: np.random.Generator, knots: Array
+) -> Array:
     """Return coordinates (count, 2) within ranges at random by a density of area, by rejection."""
-    v = np.linspace(ends[1, 0], ends[1, 1], 257)
+    v = _line(ends[1], 256, knots)
     most = 1.001 * density(np.column_stack([np.full_like(v, ends[0, 0]), v])).max()
     found = [np.zeros((0, 2))]
     while sum(map(len, found)) < count:
@@ -59,7 +61,7 @@ def sampled(density: Callable[[Array], Array], ends: Array, count: int, rng: np.
     return np.concatenate(found)[:count]
 
 
-def extremes(frame: Array, ends: Array, periods: tuple[bool, bool]) -> Array:
+def extremes(frame: Array, ends: Array, periods: tuple[bool, bool], knots: Array) -> Array:
     """Return coordinates (n, 2) among which are those of the least and greatest x, y and z within ranges.
 
     Along a circle about the axis a component is extreme where its direction across the axis points, or away from that;
@@ -70,7 +72,7 @@ def extremes(frame: Array, ends: Array, periods: tuple[bool, bool]) -> Array:
         across = np.arctan2(frame[1, k], frame[0, k])
         for u in (*ends[0], across, across + np.pi):
             up = np.arctan2(frame[2, k], np.cos(u) * frame[0, k] + np.sin(u) * frame[1, k])
-            out += [(u, v) for v in (*ends[1], up, up - np.pi, up + np.pi)]
+            out += [(u, v) for v in (*ends[1], *knots, up, up - np.pi, up + np.pi)]
     coordinates = np.array(out)
     corners = np.array([(u, v) for u in ends[0] for v in ends[1]])
     return np.concatenate([corners, coordinates[inside(coordinates, ends, periods)]])
@@ -86,21 +88,32 @@ def grid(primitive: Primitive, edge: float | None) -> tuple[Array, Indices]:
         periodic and bool(np.diff(row) > TURN - 1e-9) for row, periodic in zip(ends, primitive.periods, strict=True)
     ]
     counts = _steps(primitive, ends, edge)
-    u, v = (np.linspace(row[0], row[1], n + 1) for row, n in zip(ends, counts, strict=True))
-    index = np.arange((counts[0] + 1) * (counts[1] + 1)).reshape(counts[0] + 1, counts[1] + 1)
+    u, v = np.linspace(ends[0, 0], ends[0, 1], counts[0] + 1), _line(ends[1], counts[1], primitive._knots)
+    index = np.arange(len(u) * len(v)).reshape(len(u), len(v))
+    points = primitive.at(np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1).reshape(-1, 2))
     if closed[0]:
         index[-1] = index[0]
-    if closed[1]:
+    rounding = 1e-9 * np.ptp(points, axis=0).max()
+    if closed[1] or np.abs(points[index[:, 0]] - points[index[:, -1]]).max() < rounding:
         index[:, -1] = index[:, 0]
-    points = primitive.at(np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1).reshape(-1, 2))
     for k in (0, -1):
-        if np.ptp(points[index[:, k]], axis=0).max() < 1e-9 * np.ptp(points, axis=0).max():
+        if np.ptp(points[index[:, k]], axis=0).max() < rounding:
             index[:, k] = index[0, k]
     a, b, c, d = index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]
     faces = np.concatenate([np.stack([a, b, c], axis=-1), np.stack([a, c, d], axis=-1)]).reshape(-1, 3)
     faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
     used, faces = np.unique(faces, return_inverse=True)
     return points[used], faces.reshape(-1, 3).astype(np.int64)
+
+
+def _line(ends: Array, steps: int, knots: Array) -> Array:
+    """Return coordinates (n,) between ends, in even steps and where there are knots."""
+    margin = 1e-9 * (ends[1] - ends[0])
+    within = knots[(knots > ends[0] + margin) & (knots < ends[1] - margin)]
+    even = np.linspace(ends[0], ends[1], steps + 1)
+    far = np.abs(even[:, None] - within).min(axis=1, initial=np.inf) > 0.25 * (ends[1] - ends[0]) / steps
+    far[[0, -1]] = True
+    return np.sort(np.append(even[far], within))
 
 
 def _steps(primitive: Primitive, ends: Array, edge: float | None) -> list[int]:

@@ -13,7 +13,7 @@ from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import normalized
 from simplexmesh.data.primitives import _kernels_profiles
-from simplexmesh.data.primitives.base import Primitive
+from simplexmesh.data.primitives.base import Primitive, perpendicular
 from simplexmesh.data.primitives.fits import Fit
 
 ROUNDING = 1e-12
@@ -55,11 +55,7 @@ class Plane(Primitive):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.across is not None:
-            across = checks.array("across", self.across, (3,))
-            across = normalized(across - (across @ self.normal) * self.normal)
-            if not across.any():
-                raise ValueError("across must have a direction in the plane")
-            object.__setattr__(self, "across", checks.frozen(across))
+            object.__setattr__(self, "across", perpendicular("across", self.across, self.normal))
 
     def transformed(self, T_target_source: ArrayLike) -> Self:
         """Return it in the target frame of a similarity (4, 4), without its fit."""

@@ -24,6 +24,9 @@ KINDS = {
     "torus": P.Torus([0.1, 0.2, 0.3], AXIS, 1.0, 0.3),
     "line": P.Line([0.1, 0.2, 0.3], AXIS),
     "circle": P.Circle([0.1, 0.2, 0.3], AXIS, 0.7),
+    "beam": P.Beam([0.1, 0.2, 0.3], AXIS, 1.4, 1.0, 0.2, 0.15, across=[1, 0, 0]),
+    "flange": P.Flange([0.1, 0.2, 0.3], AXIS, 0.9, 0.4, 0.4),
+    "flange pair": P.FlangePair([0.1, 0.2, 0.3], AXIS, 0.9, 0.4, 0.4),
 }
 ENDS = {
     "plane": [[-3, 3], [-3, 3]],
@@ -33,8 +36,11 @@ ENDS = {
     "torus": [[-np.pi, np.pi], [-np.pi, np.pi]],
     "line": [[-np.pi, np.pi], [-3, 3]],
     "circle": [[-np.pi, np.pi], [0, 1]],
+    "beam": [[-3, 3], [0, 6.5]],
+    "flange": [[-np.pi, np.pi], [-3, 1.8]],
+    "flange pair": [[-np.pi, np.pi], [-3, 4.4]],
 }
-SURFACES = ["plane", "sphere", "cylinder", "cone", "torus"]
+SURFACES = [kind for kind in KINDS if kind not in ("line", "circle")]
 every = pytest.mark.parametrize("kind", KINDS)
 
 
@@ -53,6 +59,7 @@ class TestDistance:
     def test_is_that_of_the_nearest_of_dense_samples(self, kind):
         primitive = KINDS[kind]
         u, v = (np.linspace(*ends, 700) for ends in ENDS[kind])
+        v = np.append(v, primitive._knots.clip(*ENDS[kind][1]))
         grid = primitive.at(np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2))
         near, exact = (
             cKDTree(grid, balanced_tree=False, compact_nodes=False).query(around())[0],
@@ -164,7 +171,11 @@ class TestPart:
         assert_allclose(primitive.bounds, [points.min(axis=0), points.max(axis=0)], atol=1e-3)
 
     @pytest.mark.parametrize(
-        ("kind", "genus", "holes"), [("sphere", 0, 0), ("cylinder", 0, 2), ("torus", 1, 0), ("cone", 0, 1)]
+        ("kind", "genus", "holes"),
+        [
+            *(("sphere", 0, 0), ("cylinder", 0, 2), ("torus", 1, 0), ("cone", 0, 1)),
+            *(("beam", 0, 2), ("flange", 0, 1), ("flange pair", 0, 2)),
+        ],
     )
     def test_meshes_are_sound(self, kind, genus, holes):
         mesh = bounded(KINDS[kind]).mesh(0.1)
@@ -303,7 +314,7 @@ def test_a_fitted_plane_ends_with_the_smallest_rectangle_around_its_points(seed)
 def test_a_direction_of_coordinates_is_in_the_plane():
     plane = P.Plane([0, 0, 1], [0, 0, 2], across=[1, 1, 5])
     assert_allclose(plane.at([[np.sqrt(2), 0]]), [[1, 1, 1]], atol=1e-12)
-    with pytest.raises(ValueError, match="across must have a direction in the plane"):
+    with pytest.raises(ValueError, match="across must not be along"):
         P.Plane([0, 0, 1], [0, 0, 2], across=[0, 0, 3])
 
 
