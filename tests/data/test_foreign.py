@@ -213,7 +213,7 @@ class TestTables:
 
 def test_scans_may_be_of_other_libraries():
     assert are_scans([CLOUD.to_trimesh(), CLOUD.to_pyvista()])
-    assert not are_scans([CLOUD, 3])
+    assert not are_scans([3, 3])
 
 
 def test_measurements_take_them_with_all_their_points():

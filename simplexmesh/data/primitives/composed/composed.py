@@ -12,7 +12,7 @@ from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Mask
 from simplexmesh._base.vectors import norm
 from simplexmesh.data.primitives.base import Primitive
-from simplexmesh.data.primitives.composed.profile import Feet, feet
+from simplexmesh.data.primitives.composed.profile import ProfileFeet, feet
 from simplexmesh.data.primitives.curve import eased
 
 NECK = 1e3
@@ -80,7 +80,7 @@ class Composed(Primitive):
         way = found.share * np.diff(self._knots)[found.piece]
         return np.minimum(way, np.diff(self._knots)[found.piece] - way) > NEAR * noise
 
-    def _feet(self, local: Array) -> Feet:
+    def _feet(self, local: Array) -> ProfileFeet:
         return feet(self._corners, self._flat(local))
 
     def _flat(self, local: Array) -> Array:

@@ -10,7 +10,7 @@ from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import dot, norm
 
 
-class Feet(NamedTuple):
+class ProfileFeet(NamedTuple):
     """Nearest points (n,) of a line of pieces."""
 
     piece: Indices
@@ -19,7 +19,7 @@ class Feet(NamedTuple):
     gradient: Array  # (n, 2)
 
 
-def feet(corners: Array, at: Array) -> Feet:
+def feet(corners: Array, at: Array) -> ProfileFeet:
     """Return the nearest points of the line through corners (m, 2), whose left is inside, to points (n, 2).
 
     A line that is not closed leads from and to where no point is, or to x = 0, where all are to the right.
@@ -43,4 +43,4 @@ def feet(corners: Array, at: Array) -> Feet:
     sign = np.where(inside, -1.0, 1.0)
     round_corner = sign[:, None] * off / np.maximum(far, 1e-300)[:, None]
     distance = np.where(at_corner, sign * far, dot(across, off))
-    return Feet(piece, share, distance, np.where(at_corner[:, None], round_corner, across))
+    return ProfileFeet(piece, share, distance, np.where(at_corner[:, None], round_corner, across))
