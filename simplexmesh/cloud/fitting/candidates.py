@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -46,7 +47,10 @@ def candidates(kind: str, points: Array, normals: Array, known: Known, rng: int)
         found = composed_starts.STARTS[kind](points, normals)
     else:
         found = iter([starts.STARTS[kind](points, normals)])
-    return (given(each, points, known) for each in found if each is not None)
+    for each in found:
+        if each is not None:
+            with suppress(ValueError):  # beside what is known the measures of a poor start may be none
+                yield given(each, points, known)
 
 
 def given(primitive: Primitive, points: Array, known: Known) -> Primitive:

@@ -32,6 +32,8 @@ def beams(points: Array, normals: Array) -> Iterator[Beam | None]:
         at = points @ np.stack([across, np.cross(axis, across)]).T
         low, high = np.quantile(at, (OUTERMOST, 1 - OUTERMOST), axis=0)
         width, depth = high - low
+        if not min(width, depth) > 0:
+            continue
         middle = (low + high) / 2 @ np.stack([across, np.cross(axis, across)])
         for flange in SHARES:
             for web in SHARES:

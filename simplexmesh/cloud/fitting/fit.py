@@ -12,8 +12,9 @@ from simplexmesh._base import checks
 from simplexmesh._base.arrays import Mask
 from simplexmesh._base.errors import warn
 from simplexmesh.cloud.fitting import selection
+from simplexmesh.cloud.fitting.candidates import Known
 from simplexmesh.cloud.fitting.describe import described
-from simplexmesh.cloud.fitting.inputs import Given, checked, held, rows
+from simplexmesh.cloud.fitting.inputs import KINDS, Given, checked, held, rows
 from simplexmesh.cloud.fitting.refine import Cloud, cloud_of, deviation, fitted, is_thin, spread, without_outliers
 from simplexmesh.cloud.fitting.solver import solve
 from simplexmesh.cloud.fitting.starts import scaled
@@ -52,7 +53,7 @@ def fit_primitive(
         pair", or "any": of the first five the one of the fewest parameters than which no other one is clearly better
         (by the Bayesian information criterion).
     radius : float, optional
-        Known radius of a sphere, cylinder or circle, or of the middle of the tube of a torus.
+        Known radius of a sphere, cylinder, circle or flange, or of the middle of the tube of a torus.
     axis : (3,) array of float, optional
         Known axis of a cylinder, cone or torus, direction of a line, or normal of a plane or circle.
     point : (3,) array of float, optional
@@ -106,7 +107,7 @@ def fit_primitive(
     ('cylinder', 2.0)
     """
     known = {"axis": axis, "point": point, "radius": radius, "tube_radius": tube_radius, "half_angle": half_angle}
-    known |= _mapping(measures)
+    known |= _measured(kind, measures, known)
     given = checked(kind, known, start, rows(points, normals, weights), robust=robust, noise=noise, rng=rng)
     cloud = cloud_of(given)
     found = _chosen(cloud, given) if kind == "any" else _wanted(kind, cloud, given)
@@ -120,11 +121,20 @@ def fit_primitive(
     return described(out, given, used, mask)
 
 
-def _mapping(measures: Mapping[str, float] | None) -> dict[str, float]:
-    """Return known measures, or say that they are none."""
+def _measured(kind: str, measures: Mapping[str, float] | None, known: Known) -> dict[str, float]:
+    """Return known measures, each a length that the kind has and that no other argument gives."""
     if measures is not None and not isinstance(measures, Mapping):
         raise TypeError(f"measures must map names to lengths, not be a {checks.type_name(measures)}")
-    return {} if measures is None else dict(measures)
+    out = dict(measures or {})
+    names = KINDS[kind]._measures() if kind in KINDS else tuple(out)
+    for name, value in out.items():
+        if name not in names:
+            told = f"; its measures are {', '.join(names)}" if names else ""
+            raise ValueError(f"{name} must be left out: a {kind} has none{told}")
+        if known.get(name) is not None:
+            raise ValueError(f"{name} must be given once, as an argument or among measures")
+        checks.number(name, value, 0.0, open_low=True)
+    return out
 
 
 def _wanted(kind: str, cloud: Cloud, given: Given) -> Primitive:

@@ -149,7 +149,7 @@ def _begins(name: str) -> tuple[str, ...]:
 
 
 def _start(kind: str, start: Primitive) -> Primitive:
-    if kind == "any" or not isinstance(start, KINDS[kind]):
+    if kind == "any" or not isinstance(start, Primitive) or start.kind != kind:
         raise TypeError(f"start must be a {kind}, not a {checks.type_name(start)}")
     return start
 

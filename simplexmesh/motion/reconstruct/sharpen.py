@@ -49,12 +49,13 @@ def sharpen(run: Run) -> None:
     if not blurred and share_of_area(run.mesh, run.tree.query(run.mesh.vertices, workers=-1)[0] > far) >= LEAST_BARE:
         return  # the rim of a lid is no crease of the data
     points = run.points if blurred else run.data.samples().points
-    rows = np.flatnonzero(run.away(points) <= far)  # inner walls and other bodies have no creases of the model
+    away = run.away(points)
+    rows = np.flatnonzero(away <= far)  # inner walls and other bodies have no creases of the model
     if isinstance(target, Isosurface):
         rows = np.random.default_rng(0).permutation(rows)[:MOST_POINTS]
-        found = sharpened_volume(run.mesh, points[rows], run.away(points)[rows], target)
+        found = sharpened_volume(run.mesh, points[rows], away[rows], target)
     else:
-        found = sharpened(run.mesh, points[rows], run.away(points)[rows], target)
+        found = sharpened(run.mesh, points[rows], away[rows], target)
     if found is not None:
         _take(run, found, 0)
 

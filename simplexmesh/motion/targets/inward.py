@@ -6,13 +6,13 @@ import numpy as np
 
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.errors import TopologyError, warn
-from simplexmesh._base.vectors import norm, triangle_vectors
+from simplexmesh._base.vectors import dot, norm, normalized, triangle_vectors
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh import _kernels, manifold
 from simplexmesh.motion.targets.triangles import winding_numbers
 
 STEP = 1e-2
-"""How far from a face the winding number is evaluated, in square roots of its area."""
+"""How far from a face the winding number is evaluated, in square roots of its area, but within half a thin sheet."""
 
 
 def warn_inward(name: str, mesh: TriangleMesh, outcome: str) -> None:
@@ -32,9 +32,12 @@ def warn_inward(name: str, mesh: TriangleMesh, outcome: str) -> None:
 def _bodies_inside_out(vertices: Array, faces: Indices, mates: Indices) -> Mask:
     """Return a mask of the faces of bodies that have the inside of none in front: there the winding number is -1."""
     labels = _kernels.component_labels((mates // 3).astype(np.int32))
-    normals = triangle_vectors(vertices, faces)
+    normals, middle = triangle_vectors(vertices, faces), vertices.mean(axis=0)
     order = np.lexsort((norm(normals), labels))
     largest = order[np.flatnonzero(np.diff(labels[order], append=-1))]  # face of each body
-    step = STEP * normals[largest] / np.sqrt(np.maximum(norm(normals[largest]), 1e-300))[:, None]
+    sizes = np.sqrt(np.maximum(norm(normals[largest]), 1e-300))
+    volumes = np.bincount(labels, dot(normals, vertices[faces[:, 0]] - middle) / 6)
+    thickness = np.abs(volumes) / np.maximum(np.bincount(labels, norm(normals) / 2), 1e-300)
+    step = normalized(normals[largest]) * np.minimum(STEP * sizes, thickness / 2)[:, None]
     number = winding_numbers(vertices[faces[largest]].mean(axis=1) + step, vertices, faces)
     return np.asarray((number < -0.5)[labels])

@@ -44,6 +44,9 @@ points: twice takes a tenth more time and lists 2.6 times as many poses; none of
 FEW = 200
 """Of fewer points, not the same ones of both surfaces, many poses are wrong: of 60 all are off by over 10 degrees."""
 
+SAME = 0.05
+"""In spacings of the points: how near they are in a pose if they are the same ones, measured twice."""
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Pose:
@@ -233,7 +236,7 @@ def _registered(source: OrientedPoints, target: OrientedPoints, minimum_score: f
             f"scores below {minimum_score:g} are those of chance"
         )
     few = min(len(source.points), len(target.points))
-    if few < FEW and found.score >= minimum_score and found.error > 1e-6 * source.extent:
+    if few < FEW and found.score >= minimum_score and found.error > SAME * source.spacing:
         warn(f"the best pose found may be wrong: {few} points tell little of a shape, {FEW} and more most of it")
     return found
 

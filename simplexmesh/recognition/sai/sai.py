@@ -126,7 +126,7 @@ def sai(
         if found.visible_fraction < 0.05:
             raise ValueError(
                 f"data must be near the {topology} fitted to it on at least 5% of it; it is on "
-                f"{found.visible_fraction:.1%}, with threshold {limit:g}: is it of several bodies?"
+                f"{found.visible_fraction:.1%}, with threshold {limit:g}: is it of several bodies, or one with holes?"
             )
         _warn(found, points, by_default=tolerance is None)
         report(1.0, "done")
@@ -138,7 +138,7 @@ def _warn(found: SAI, points: Array, *, by_default: bool) -> None:
     some, edge = points[np.linspace(0, len(points) - 1, min(len(points), 2000)).astype(np.int64)], mean_edge(found.mesh)
     far = float((cKDTree(found.mesh.vertices).query(some)[0] > FAR * edge).mean())
     if far > MOST_FAR:
-        place = f"is far from the {found.topology} fitted to it, as several bodies or long limbs are"
+        place = f"is far from the {found.topology} fitted to it, as several bodies, long limbs and handles are"
         warn(f"{far:.0%} of the data {place}, and not in the signature")
     if by_default and found.threshold > FAR * edge:
         border = border_of_points(some).width.max(initial=0.0)

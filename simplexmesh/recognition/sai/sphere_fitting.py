@@ -85,6 +85,8 @@ def fit_sphere(points: Array, normals: Array | None, frequency: int) -> SimplexM
         if moved.area > MAXIMUM_GROWTH * area:
             break
         mesh, area = moved, min(area, moved.area)
+    if np.isinf(area):
+        raise DivergedError("no phase of the fit of the sphere came to rest", mesh)
     return mesh
 
 

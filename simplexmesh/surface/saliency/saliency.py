@@ -111,5 +111,7 @@ def _widths(scales: Sequence[float] | None, diffusion: Diffusion) -> Array:
         raise ValueError(f"scales must be at least one length above 0, not {given.tolist()}")
     low, high = LEAST_EDGES * diffusion.spacing, diffusion.diagonal
     if given.min() < low or given.max() > high:
-        raise ValueError(f"scales must be from {low:.3g}, below which nothing is averaged, to {high:.3g}, not {given}")
+        raise ValueError(
+            f"scales must be from {low:.3g}, below which nothing is averaged, to {high:.3g}, not {given.tolist()}"
+        )
     return np.unique(given)

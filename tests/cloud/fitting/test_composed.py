@@ -138,6 +138,14 @@ def test_fits_have_ends_and_verdicts(kind):
         ("beam", {"depth": -1.0}, "depth must be above 0"),
         ("beam", {1: 1.0}, "1 must be left out: a beam has none"),
         ("cylinder", {"depth": 1.0}, "depth must be left out: a cylinder has none"),
+        (
+            "flange",
+            {"neck": 1.0},
+            "neck must be left out: a flange has none; its measures are radius, thickness, neck_",
+        ),
+        ("flange", {"neck radius": 1.0}, "neck radius must be left out"),
+        ("beam", {"axis": [0, 0, 1]}, "axis must be left out"),
+        ("beam", {"depth": None}, "depth must be a number"),
         ("any", {"depth": 1.0}, "depth must be left out where any kind is looked for"),
         ("flange", {"neck_radius": "wide"}, "neck_radius must be a number"),
         ("flange", [("radius", 1.0)], "measures must map names to lengths, not be a list"),
@@ -146,3 +154,24 @@ def test_fits_have_ends_and_verdicts(kind):
 def test_measures_that_are_none(kind, measures, said):
     with pytest.raises((TypeError, ValueError), match=said):
         sm.fit_primitive(np.random.default_rng(0).normal(size=(100, 3)), kind, measures=measures)
+
+
+@pytest.mark.parametrize("known", [{"radius": 0.1}, {"measures": {"radius": 0.1}}, {"axis": [0, 0, 1]}])
+def test_a_flange_of_which_a_measure_or_the_axis_is_known(known):
+    """Starts about wrong axes, of which the neck is wider than the known radius, ended the whole fit."""
+    rng = np.random.default_rng(0)
+    turn, along = rng.uniform([0, -0.2], [2 * np.pi, 0.18], (3_000, 2)).T
+    points = sm.primitives.Flange([0, 0, 0], [0, 0, 1], 0.1, 0.03, 0.05).at(np.stack([turn, along], axis=1))
+    found = sm.fit_primitive(points + rng.normal(0, 3e-4, points.shape), "flange", **known)
+    assert found._shape == pytest.approx((0.1, 0.03, 0.05), abs=5e-4)
+
+
+def test_a_pair_is_no_start_of_a_flange_and_no_measure_is_given_twice():
+    points, pair = (
+        np.random.default_rng(0).normal(size=(100, 3)),
+        sm.primitives.FlangePair([0, 0, 0], [0, 0, 1], 2, 1, 1),
+    )
+    with pytest.raises(TypeError, match="start must be a flange"):
+        sm.fit_primitive(points, "flange", start=pair)
+    with pytest.raises(ValueError, match="radius must be given once"):
+        sm.fit_primitive(points, "flange", radius=1.0, measures={"radius": 1.0})

@@ -131,6 +131,20 @@ def test_patches_and_windows_have_so_many_triangles_at_most():
     assert 0.9 * _kernels_jumps.MOST < (stamp == 0).sum() < 1.2 * _kernels_jumps.MOST < whole / 2.5
 
 
+@pytest.mark.parametrize("turn", range(3))
+def test_patches_in_a_fan_have_the_neighbors_of_their_triangle(turn):
+    """The hub of so many triangles, where it came first, left no room for those across the rim."""
+    n = 3 * _kernels_patches.MOST
+    rim = np.column_stack([np.cos(2 * np.pi * np.arange(n) / n), np.sin(2 * np.pi * np.arange(n) / n), np.zeros(n)])
+    i, j = np.arange(n), (np.arange(n) + 1) % n
+    hub, outer = np.full(n, 2 * n), i + n
+    faces = np.concatenate([np.column_stack([hub, i, j]), np.column_stack([i, outer, j])])
+    facets = facets_of(sm.TriangleMesh(np.concatenate([rim, 2 * rim, [[0, 0, 0]]]), np.roll(faces, turn, axis=1)))
+    offsets, members = patches(facets.faces, 2 * n + 1, facets.centers, np.zeros(3), np.array([0, n // 2, n - 1]))
+    for t, (first, last) in zip((0, n // 2, n - 1), pairwise(offsets), strict=True):
+        assert {t, t + n, (t - 1) % n, (t + 1) % n} <= set(members[first:last].tolist())
+
+
 class TestGrow:
     @pytest.mark.parametrize("seed", range(6))
     @pytest.mark.parametrize("body", BODIES)

@@ -626,11 +626,11 @@ class TestBadInput:
             (lambda m: sm.saliency(m, scales=[0.1, -1]), "scales must be at least one length above 0, not [0.1, -1.0]"),
             (
                 lambda m: sm.saliency(m, scales=[0.1, 1e6]),
-                "scales must be from 0.015, below which nothing is averaged, to 3.46, not [1.e-01 1.e+06]",
+                "scales must be from 0.015, below which nothing is averaged, to 3.46, not [0.1, 1000000.0]",
             ),
             (
                 lambda m: sm.saliency(m, scales=[1e-6]),
-                "scales must be from 0.015, below which nothing is averaged, to 3.46, not [1.e-06]",
+                "scales must be from 0.015, below which nothing is averaged, to 3.46, not [1e-06]",
             ),
             (lambda m: sm.saliency(m, scales=[np.nan]), "scales must be finite; scales[0] is nan"),
             (lambda m: sm.saliency(m, of="gauss"), "of must be one of 'mean', 'magnitude', 'curvedness', not 'gauss'"),

@@ -58,8 +58,11 @@ def patches(faces, n_vertices, centers, radii, at):
             k += 1
             if u != t and (radii[i] == 0.0 or _apart(centers, t, u) > radii[i] * radii[i]):
                 continue
-            for j in range(3):
-                for m in range(starts[faces[u, j]], starts[faces[u, j] + 1]):
+            for turn in range(6):  # the hubs of fans last, or they would leave no room for neighbors
+                v = faces[u, turn % 3]
+                if (starts[v + 1] - starts[v] > MOST // 2) != (turn > 2):
+                    continue
+                for m in range(starts[v], starts[v + 1]):
                     if place == offsets[i] + MOST:
                         break
                     other = around[m]
