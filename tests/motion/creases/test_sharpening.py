@@ -84,6 +84,14 @@ class TestBox:
         assert not sm.SimplexMesh(mesh.vertices, mesh.connectivity).check()  # normals of its corners mean nothing
 
 
+def test_noise_makes_no_waves_in_creases_of_a_fine_model():
+    """Their second differences, in edges, are .005 to .008; of creases that only meet the sides .06 to .08."""
+    model = sm.reconstruct(box_points(noise=0.01), vertices=4000)
+    bends = [np.diff(line.points, 2, axis=0) / (line.length / len(line.points)) for line in model.creases]
+    assert len(bends) == 12
+    assert np.sqrt((np.concatenate(bends) ** 2).sum(axis=1).mean()) < 0.025
+
+
 @pytest.mark.parametrize("shape", [sm.ellipsoid((1.0, 0.7, 0.5), 24), *nightly(sm.torus(60, 40))])
 def test_smooth_bodies_have_none(shape):
     points = shape.triangulated("dual").sampled(6000, rng=0).points
