@@ -68,12 +68,9 @@ class Flange(Composed):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FlangePair(Flange):
-    """Two flanges bolted together, as most in a plant are: one disc, `thickness` both of them, and necks on both sides.
+    """Two flanges bolted together, as most in a plant are: one disc as thick as both of them, and necks on both sides.
 
-    Attributes
-    ----------
-    center, axis, radius, thickness, neck_radius
-        As those of a flange; the axis has either direction.
+    Attributes are those of `Flange`; the axis leads from the center into the disc, and a fit may give either direction.
 
     Examples
     --------
