@@ -142,7 +142,9 @@ def _wanted(kind: str, cloud: Cloud, given: Given) -> Primitive:
     mask = held(kind, given.known)
     found = fitted(kind, cloud, mask, robust=given.robust, start=given.start)
     if found is None:
-        raise ValueError(f"points must determine a {kind}, but these are as flat as can be seen")
+        flat = "these are as flat as can be seen"
+        why = f"these, or {' and '.join(given.known)} as known, lead to none" if given.known else flat
+        raise ValueError(f"points must determine a {kind}, but {why}")
     if mask is None:
         some = without_outliers(found, cloud.some, None)[1] if given.robust else np.ones(len(cloud.some), bool)
         _compare_with_simpler(found, cloud, some, robust=given.robust)

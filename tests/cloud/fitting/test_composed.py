@@ -175,3 +175,10 @@ def test_a_pair_is_no_start_of_a_flange_and_no_measure_is_given_twice():
         sm.fit_primitive(points, "flange", start=pair)
     with pytest.raises(ValueError, match="radius must be given once"):
         sm.fit_primitive(points, "flange", radius=1.0, measures={"radius": 1.0})
+
+
+def test_a_known_measure_that_suits_no_start_is_named():
+    """The sentence said that the points were flat, which they are not."""
+    points = np.random.default_rng(0).normal(size=(300, 3))
+    with pytest.raises(ValueError, match="points must determine a flange, but these, or neck_radius as known, lead to"):
+        sm.fit_primitive(points, "flange", measures={"neck_radius": 50.0})
