@@ -45,12 +45,15 @@ def sharpen(run: Run) -> None:
     if run.options.creases == "none" or isinstance(target, LabelSurface) or not closed or not run.stages[-1].iterations:
         return
     run.report(0.93, "looking for sharp edges")
-    blurred, far = isinstance(target, Isosurface), 2 * run.stages[-1].reach
-    if not blurred and share_of_area(run.mesh, run.tree.query(run.mesh.vertices, workers=-1)[0] > far) >= LEAST_BARE:
+    blurred, reach = isinstance(target, Isosurface), run.stages[-1].reach
+    bare = run.tree.query(run.mesh.vertices, workers=-1)[0] > 2 * reach
+    if not blurred and share_of_area(run.mesh, bare) >= LEAST_BARE:
         return  # the rim of a lid is no crease of the data
     points = run.points if blurred else run.data.samples().points
     away = run.away(points)
-    rows = np.flatnonzero(away <= far)  # inner walls and other bodies have no creases of the model
+    rows = np.flatnonzero(away <= reach)  # inner walls and other bodies have no creases of the model
+    if not len(rows):
+        return
     if isinstance(target, Isosurface):
         rows = np.random.default_rng(0).permutation(rows)[:MOST_POINTS]
         found = sharpened_volume(run.mesh, points[rows], away[rows], target)
