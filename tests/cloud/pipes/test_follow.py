@@ -190,6 +190,23 @@ class TestDiameters:
         assert_allclose([reducer.start[0], reducer.end[0]], [14, 15], atol=0.2)
         assert reducer.primitive.kind == "cone"
 
+    @pytest.mark.parametrize("station", [3.0, 27.0])
+    @pytest.mark.parametrize(
+        ("ratio", "hidden"), [(0.55, (12.0, 16.5)), *nightly((0.65, (13.5, 18.0))), (1.8, (13.5, 18.0))]
+    )
+    def test_change_in_the_shadow(self, ratio, hidden, station):
+        chain = Chain(
+            np.array([[0.0, 0, 0], [30, 0, 0]]), np.zeros(0), np.array([1, ratio]), np.array([[0, 14.0, 16.0]])
+        )
+        line = followed(chain, arc=200.0, hidden=hidden, station=station)
+        assert [element.kind for element in line.elements] == ["straight", "reducer", "straight"]
+        assert_allclose([line.elements[0].radius, line.elements[2].radius], [1, ratio], rtol=0.005)
+
+    def test_change_in_a_shadow_that_is_longer_than_told_ends_a_line(self):
+        corners, change = np.array([[0.0, 0, 0], [30, 0, 0]]), np.array([[0, 14.0, 16.0]])
+        line = followed(Chain(corners, np.zeros(0), np.array([1, 0.55]), change), hidden=(12.0, 16.5), gap=1.0)
+        assert [element.kind for element in line.elements] == ["straight"]
+
     def test_a_flange_is_no_diameter(self):
         rng = np.random.default_rng(0)
         points, s = sampled(chain_of([[0.0, 0, 0], [30, 0, 0]], [], 1.0), rng, 30.0, 0.01)
