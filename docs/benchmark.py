@@ -6,9 +6,9 @@ from pathlib import Path
 
 os.environ["PYVISTA_OFF_SCREEN"] = "true"
 
+import benchmark_tables as tables
 from benchmark_charts import colors, convergence
 
-from simplexmesh.bench import page
 from simplexmesh.bench.run import measured
 from simplexmesh.bench.trials import candidates, ratings
 from simplexmesh.bench.truth.graphs import ARTICLE
@@ -32,15 +32,15 @@ def filled(text, name, content):
 def main():
     names = {kind: list(registry) for kind, registry in candidates.REGISTRIES.items()}
     found = measured(list(ARTICLE.values()), names, lambda share, what: print(f"{share:.0%} {what}"))
-    tables = {"rules": ratings.RULES, "borders": page.borders(found.border)}
+    contents = {"rules": ratings.RULES, "borders": tables.borders(found.border)}
     for kind, rows in found.ratings.items():
-        tables[f"ratings of {kind}"] = page.rating_table(kind, rows)
+        contents[f"ratings of {kind}"] = tables.ratings(kind, rows)
     for quantity in "HKN":
         columns = ("regular 10k", *COLUMNS) if quantity == "H" else COLUMNS
-        tables[f"tori {quantity}"] = page.tori([row for row in found.tori if row["case"] in columns], quantity)
-    tables |= {f"tilts {quantity}": page.tilts(found.tilts, quantity) for quantity in "HN"}
+        contents[f"tori {quantity}"] = tables.tori([row for row in found.tori if row["case"] in columns], quantity)
+    contents |= {f"tilts {quantity}": tables.tilts(found.tilts, quantity) for quantity in "HN"}
     text = PAGE.read_text(encoding="utf-8")
-    for name, content in tables.items():
+    for name, content in contents.items():
         text = filled(text, name, content)
     picture(DOCS / "images" / "bench_curves.png", convergence(found.curves["curvature"]))
     picture(DOCS / "images" / "bench_colors.png", colors(names["curvature"]))

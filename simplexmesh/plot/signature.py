@@ -139,11 +139,11 @@ def landscape(
     shown, axes = hypotheses[:SHOWN], rotation_plane(hypotheses)
     pole = shown[0].rotation.T @ (FRONT / np.linalg.norm(FRONT))
     values = over_sphere(sai_a, sai_b, pole)
-    ground, vectors, flat = sphere_domain(NODES).mesh, *_disc(axes)
+    ground, disc = sphere_domain(NODES).mesh, pv.Disc(inner=0.0, outer=1.0, r_res=RINGS, c_res=SPOKES)
     tops = [one.rotation @ pole for one in shown]
     at = [int(np.argmax(ground.vertices @ top)) for top in tops]
     values[at] = np.minimum(values[at], [one.distance for one in shown])
-    slices = around_rotation(sai_a, sai_b, shown[0].rotation, vectors)
+    slices = around_rotation(sai_a, sai_b, shown[0].rotation, np.pi * disc.points[:, :2].astype(float) @ axes)
     limits = (0.0, float(max(values.max(), np.nanmax(slices))))
     plotter = stage(columns=2)
     _on_mesh(plotter, ground, ground.vertices, values, limits)
@@ -151,7 +151,9 @@ def landscape(
     for color, top, vertex in zip(COLORS, tops, at, strict=False):
         _mark(plotter, top * (1.03 + _height(values[vertex], limits)), color)
     plotter.subplot(0, 1)
-    _relief(plotter, flat, slices, limits)
+    slices = np.nan_to_num(slices, nan=limits[1])
+    disc.points[:, 2] = _height(slices, limits)
+    _draw(plotter, disc, slices, limits)
     headline(plotter, "rotations relative to the best")
     for color, one in zip(COLORS, shown, strict=False):
         off = axes @ Rotation.from_matrix(one.rotation @ shown[0].rotation.T).as_rotvec() / np.pi
@@ -164,11 +166,13 @@ def _on_mesh(
 ) -> None:
     """Draw a height field on a mesh."""
     fan = mesh.moved(mesh.vertices + _height(values, limits)[:, None] * outward).triangulated(method="fan")
-    _draw(plotter, fan.vertices, fan.faces, per_point(mesh, values), limits)
+    polydata = pv.PolyData.from_regular_faces(np.asarray(fan.vertices), np.asarray(fan.faces))
+    _draw(plotter, polydata, per_point(mesh, values), limits)
 
 
-def _draw(plotter: pv.Plotter, points: Array, faces: Any, values: Array, limits: tuple[float, float]) -> None:
-    polydata = pv.PolyData.from_regular_faces(np.asarray(points), np.asarray(faces))
+def _draw(plotter: pv.Plotter, polydata: pv.PolyData, values: Array, limits: tuple[float, float]) -> None:
+    """Draw a height field with values at its points, without the normals of the flat disc."""
+    polydata.clear_data()
     polydata["scalars"] = values
     style = scale(values, NAME, diverging=False, limits=limits) | {"cmap": "viridis_r"}
     plotter.add_mesh(polydata, smooth_shading=True, **LIT, **style)
@@ -177,26 +181,6 @@ def _draw(plotter: pv.Plotter, points: Array, faces: Any, values: Array, limits:
 def _height(values: Any, limits: tuple[float, float]) -> Any:
     """Return heights, which decrease with the distance."""
     return HIGH * (1 - np.asarray(values) / max(limits[1], 1e-12))
-
-
-def _disc(axes: Array) -> tuple[Array, Array]:
-    """Return rotation vectors in a plane on a polar grid, center first, and their positions in the plot."""
-    angle = 2 * np.pi * np.arange(SPOKES) / SPOKES
-    spokes = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    flat = np.concatenate([np.zeros((1, 2)), *(r * spokes for r in (np.arange(RINGS) + 1) / RINGS)])
-    return np.pi * flat @ axes, flat
-
-
-def _relief(plotter: pv.Plotter, flat: Array, values: Array, limits: tuple[float, float]) -> None:
-    """Draw a height field on a disc, its center first, then ring by ring."""
-    k = np.arange(SPOKES)
-    fan = np.stack([np.zeros_like(k), 1 + k, 1 + (k + 1) % SPOKES], axis=1)
-    rows = np.arange(RINGS - 1)[:, None] * SPOKES + 1
-    inner, beside = (rows + k).ravel(), (rows + (k + 1) % SPOKES).ravel()
-    strips = [np.stack([inner, inner + SPOKES, beside + SPOKES], 1), np.stack([inner, beside + SPOKES, beside], 1)]
-    values = np.nan_to_num(values, nan=limits[1])
-    points = np.column_stack([flat, _height(values, limits)])
-    _draw(plotter, points, np.concatenate([fan, *strips]), values, limits)
 
 
 def _mark(plotter: pv.Plotter, at: Array, color: str) -> None:

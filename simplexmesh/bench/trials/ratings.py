@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from simplexmesh.bench.tables import Rows
 from simplexmesh.bench.trials.candidates import REGISTRIES
 from simplexmesh.bench.trials.curve import LIMIT_TOLERANCE, Curve
 from simplexmesh.bench.trials.pointwise import spreads
@@ -52,7 +51,7 @@ RULES = f"""\
 """
 
 
-def rated(kind: str, name: str, curves: Sequence[Curve], meshes: Rows) -> dict[str, Any]:
+def rated(kind: str, name: str, curves: Sequence[Curve], meshes: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """Return a method's ratings and the numbers they are based on, from its curves and the rows of all on meshes."""
     quantity = "H" if kind == "curvature" else "N"
     mine = [curve for curve in curves if curve.quantity == quantity and curve.surface != "plane"]

@@ -15,7 +15,6 @@ from simplexmesh._base.units import common_unit
 from simplexmesh.mesh.operators.regularize import regularize
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.mesh.triangulation import fan
-from simplexmesh.motion.model.boundary import unfolded_boundary
 from simplexmesh.motion.model.deform import DeformableModel
 from simplexmesh.motion.model.state import Stage, State, is_at_rest, mean_edge
 from simplexmesh.motion.model.untangle import Tangles, untangled
@@ -183,8 +182,7 @@ def finish(run: Run) -> None:
             run.count(swapped=even.swaps)
     run.move(last, until=1.0)
     run.report(0.92, "untangling")
-    left = run.untangle(last.reach)
-    run.mesh, run.tangled = unfolded_boundary(run.mesh) if run.mesh.n_holes else run.mesh, left
+    run.tangled = run.untangle(last.reach)
 
 
 def started(data: Input, options: Options, report: Progress) -> Run:

@@ -60,9 +60,7 @@ class SurfelTarget(BuiltInTarget):
         search = reach + self._spacing
         cache = self._cache  # a local reference: another thread may use this target for another mesh
         if len(cache.known) != len(vertices):
-            fresh = _kernels_gaps.empty_cache(len(vertices))
-            _kernels_gaps.transfer_cache(vertices, normals, self.center, search, s, cache, fresh)
-            self._cache = cache = fresh
+            self._cache = cache = _kernels_gaps.empty_cache(len(vertices))
         _kernels_gaps.surfel_gaps(vertices, normals, self.center, reach, search, s, cache, out)
         return out
 

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 import simplexmesh as sm
 from simplexmesh.cli import app
 from simplexmesh.motion.density.face_edits import divided_boundary
-from simplexmesh.motion.model.boundary import BorderAttraction, unfolded_boundary
+from simplexmesh.motion.model.boundary import BorderAttraction
 from simplexmesh.motion.model.contours import rims_of
 from simplexmesh.motion.model.state import mean_edge
 from simplexmesh.motion.reconstruct.conversion import as_input
@@ -424,21 +424,6 @@ class TestRims:
         out = divided_boundary(tube, 4).mesh
         assert out.n_vertices == tube.n_vertices + 8
         assert topologically_sound(out)
-
-
-def test_inverted_corners_of_rims_are_corrected():
-    flat = sm.plane(vertices=300)
-    rim = flat.connectivity.face_is_hole[flat.connectivity.vertex_faces].any(axis=1)
-    corner = int(np.argmax(rim))
-    inside = np.setdiff1d(flat.neighbors[corner], np.flatnonzero(rim))[0]
-    vertices = flat.vertices.copy()
-    vertices[inside] += 1.2 * (vertices[corner] - vertices[inside])
-    worse = flat.moved(vertices)
-    assert "inverted" in worse.check().where
-    better = unfolded_boundary(worse)
-    assert "inverted" not in better.check().where
-    assert np.array_equal(better.vertices[rim], worse.vertices[rim])
-    assert unfolded_boundary(flat) is flat
 
 
 class TestOutward:

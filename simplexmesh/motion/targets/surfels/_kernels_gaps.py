@@ -25,7 +25,7 @@ from simplexmesh.motion.targets.surfels._kernels_patches import (
     single_height,
 )
 from simplexmesh.numerics._kernels_tree import box_distance, squared_distance
-from simplexmesh.numerics._kernels_vectors import assign, dot, minus, row
+from simplexmesh.numerics._kernels_vectors import dot, minus, row
 
 FACING = 0.2  # minimum cosine between the normals of a vertex and of its surfel
 
@@ -38,8 +38,6 @@ NONE, STALE = -1, -2
 ROUNDING = 1.0 - 1e-12
 
 SLACK = 2.0  # in squared supports; within as much above the nearest one's squared distance are about 16 surfels
-
-MAX_REMOVED = 32  # consecutive removed vertices that `transfer_cache` can skip
 
 
 class Cache(NamedTuple):
@@ -185,22 +183,6 @@ def move_to_front(listed, v, found):
     for k in range(1, NEAREST):
         if listed[v, k] == found:
             listed[v, 0], listed[v, k] = listed[v, k], listed[v, 0]
-
-
-@njit(cache=True, error_model="numpy")
-def transfer_cache(vertices, normals, center, reach, surfels, old, new):
-    """Fill the cache of an edited mesh, which keeps the order of vertices, from the old one where still valid."""
-    at = 0
-    points, heads, oriented = surfels.points, surfels.heads, surfels.oriented
-    for v in range(len(vertices)):
-        place = vertices[v, 0] - center[0], vertices[v, 1] - center[1], vertices[v, 2] - center[2]
-        query = place, row(normals, v), reach
-        for w in range(at, min(at + MAX_REMOVED, len(old.known))):
-            if nearest_cached(points, heads, oriented, old.known, old.listed, w, query) != STALE:
-                assign(new.known[v], old.known[w])
-                assign(new.listed[v], old.listed[w])
-                at = w + 1
-                break
 
 
 @njit(**LEAN)
