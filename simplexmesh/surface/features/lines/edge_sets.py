@@ -17,6 +17,10 @@ from simplexmesh.surface.features.lines import _kernels_chains
 from simplexmesh.surface.features.lines.facets import Facets
 
 
+STEEP, MANY = 1.2, 14
+"""Mean bend beside a strip that is no bevel of a crease, which would turn by 140 degrees, and its triangles at least."""
+
+
 class Chains(NamedTuple):
     """Lines of edges."""
 
@@ -177,12 +181,11 @@ class Edges:
 
         return self.without_weakest(chosen, strength)
 
-    def without_small(self, chosen: Mask, strengths: Array, kept: Mask) -> Mask:
+    def without_small(self, chosen: Mask, strengths: Array, bends: Array, kept: Mask) -> Mask:
         """Return edges without the weakest side of each zone with all vertices but one on them, and no triangle `kept`.
 
-        Such strips are the straddling triangles between two courses of one crease.
-
-        Those with the weakest sides are merged first, each with one neighbor at a time, until none is left.
+        Such strips are the straddling triangles between two courses of one crease, which share its angle; rims of walls
+        and steps, as narrow, have the `bends` (e,) of two creases. Those with the weakest sides are merged first, each with one neighbor at a time, until none is left.
         """
         chosen = chosen.copy()
         while True:
@@ -198,6 +201,10 @@ class Edges:
             pairs, which = np.unique(pair, axis=0, return_inverse=True)
             which = which.ravel()
             weights = self.lengths[edges]
+            around, turned = (
+                np.bincount(pair.ravel(), np.repeat(each, 2), len(small)) for each in (weights, weights * bends[edges])
+            )
+            small &= (turned < STEEP * around) | (np.bincount(labels) < MANY)
             means = np.bincount(which, strengths[edges] * weights) / np.maximum(np.bincount(which, weights), 1e-300)
             merged: set[int] = set()
             for k in np.argsort(means):
