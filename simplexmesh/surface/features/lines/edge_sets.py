@@ -18,7 +18,8 @@ from simplexmesh.surface.features.lines.facets import Facets
 
 
 STEEP, MANY = 1.2, 14
-"""Mean bend beside a strip that is no bevel of a crease, which would turn by 140 degrees, and its triangles at least."""
+"""Mean bend, in radians, beside a strip that is a face of its own, as one crease would turn by twice that, and its least
+triangles: noise turns single ones by as much."""
 
 
 class Chains(NamedTuple):
@@ -184,8 +185,10 @@ class Edges:
     def without_small(self, chosen: Mask, strengths: Array, bends: Array, kept: Mask) -> Mask:
         """Return edges without the weakest side of each zone with all vertices but one on them, and no triangle `kept`.
 
-        Such strips are the straddling triangles between two courses of one crease, which share its angle; rims of walls
-        and steps, as narrow, have the `bends` (e,) of two creases. Those with the weakest sides are merged first, each with one neighbor at a time, until none is left.
+        Such strips are the straddling triangles between two courses of one crease, which share its angle. Rims of walls
+        and steps, as narrow, have the `bends` (e,) of a crease on either side.
+
+        Those with the weakest sides are merged first, each with one neighbor at a time, until none is left.
         """
         chosen = chosen.copy()
         while True:
@@ -201,10 +204,8 @@ class Edges:
             pairs, which = np.unique(pair, axis=0, return_inverse=True)
             which = which.ravel()
             weights = self.lengths[edges]
-            around, turned = (
-                np.bincount(pair.ravel(), np.repeat(each, 2), len(small)) for each in (weights, weights * bends[edges])
-            )
-            small &= (turned < STEEP * around) | (np.bincount(labels) < MANY)
+            excess = np.bincount(pair.ravel(), np.repeat((bends[edges] - STEEP) * weights, 2), len(small))
+            small &= (excess < 0) | (np.bincount(labels) < MANY)
             means = np.bincount(which, strengths[edges] * weights) / np.maximum(np.bincount(which, weights), 1e-300)
             merged: set[int] = set()
             for k in np.argsort(means):
