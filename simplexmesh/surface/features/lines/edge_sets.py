@@ -16,10 +16,9 @@ from simplexmesh.mesh._kernels import component_labels
 from simplexmesh.surface.features.lines import _kernels_chains
 from simplexmesh.surface.features.lines.facets import Facets
 
-
 STEEP, MANY = 1.2, 14
-"""Mean bend, in radians, beside a strip that is a face of its own, as one crease would turn by twice that, and its least
-triangles: noise turns single ones by as much."""
+"""Mean bend, in radians, beside a strip that is a face of its own, as one crease would turn by twice that, and the
+least triangles of one: noise turns single ones by as much."""
 
 
 class Chains(NamedTuple):
