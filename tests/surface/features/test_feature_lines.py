@@ -313,6 +313,19 @@ def test_teeth_one_quad_wide_have_their_edges():
     assert sum(line.length for line in network.lines) == pytest.approx(26 * rows, rel=0.1)
 
 
+@pytest.mark.parametrize(("back", "noise"), [(False, 0.0), (False, 0.05), (True, 0.0)])
+def test_faces_one_quad_wide_have_both_edges(back, noise):
+    """The riser of a step between two plates, and the rim of a wall, whose other side leads back."""
+    flat = sheet(lambda x, y: 0 * x)
+    x, y, _ = flat.vertices.T
+    beyond = np.arange(len(y)) % 31 > 15  # behind the middle row
+    y = np.where(beyond, np.maximum(y - 0.06, 0) * (-1 if back else 1), y)
+    step = sm.TriangleMesh(np.column_stack([x, y, 0.06 * beyond]), flat.faces)
+    network = sm.feature_lines(shaken(step, noise))
+    assert [line.length for line in network.lines] == pytest.approx([2, 2], rel=0.02)
+    assert np.degrees(np.concatenate([line.angle for line in network.lines])).mean() == pytest.approx(90, abs=4)
+
+
 class TestGivenTriangles:
     def test_an_edge_of_three_is_refused_and_named(self):
         wing = np.concatenate([CUBE.faces, [[*CUBE.faces[0, :2], CUBE.n_vertices]]])

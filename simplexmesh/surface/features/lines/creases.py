@@ -208,7 +208,7 @@ def _cleaned(surface: FilteredSurface, chosen: Mask, jumps: Array, ordinary: Arr
 
     for bridging in (True, True, False):
         chosen = _without_weak_parts(edges, chosen, (jumps - least) * edges.lengths, 2 * SHORTEST * scales)
-        chosen = edges.without_small(chosen, jumps, kept)
+        chosen = edges.without_small(chosen, jumps, surface.bends, kept)
         chosen = edges.pruned(chosen, SHORTEST * scales)
         if bridging:
             bridges = edges.bridged(chosen, costs, most) & ~chosen

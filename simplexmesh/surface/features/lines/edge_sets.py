@@ -16,6 +16,10 @@ from simplexmesh.mesh._kernels import component_labels
 from simplexmesh.surface.features.lines import _kernels_chains
 from simplexmesh.surface.features.lines.facets import Facets
 
+STEEP, MANY = 1.2, 14
+"""Mean bend, in radians, beside a strip that is a face of its own, as one crease would turn by twice that, and the
+least triangles of one: noise turns single ones by as much."""
+
 
 class Chains(NamedTuple):
     """Lines of edges."""
@@ -177,10 +181,11 @@ class Edges:
 
         return self.without_weakest(chosen, strength)
 
-    def without_small(self, chosen: Mask, strengths: Array, kept: Mask) -> Mask:
+    def without_small(self, chosen: Mask, strengths: Array, bends: Array, kept: Mask) -> Mask:
         """Return edges without the weakest side of each zone with all vertices but one on them, and no triangle `kept`.
 
-        Such strips are the straddling triangles between two courses of one crease.
+        Such strips are the straddling triangles between two courses of one crease, which share its angle. Rims of walls
+        and steps, as narrow, have the `bends` (e,) of a crease on either side.
 
         Those with the weakest sides are merged first, each with one neighbor at a time, until none is left.
         """
@@ -198,6 +203,8 @@ class Edges:
             pairs, which = np.unique(pair, axis=0, return_inverse=True)
             which = which.ravel()
             weights = self.lengths[edges]
+            excess = np.bincount(pair.ravel(), np.repeat((bends[edges] - STEEP) * weights, 2), len(small))
+            small &= (excess < 0) | (np.bincount(labels) < MANY)
             means = np.bincount(which, strengths[edges] * weights) / np.maximum(np.bincount(which, weights), 1e-300)
             merged: set[int] = set()
             for k in np.argsort(means):
