@@ -7,12 +7,12 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from simplexmesh._base.arrays import Array
-from simplexmesh._base.vectors import cross, dot, tangents
+from simplexmesh._base.vectors import tangents
 from simplexmesh.data.primitives import Beam, Flange, FlangePair, Primitive
 from simplexmesh.numerics.round_fits import across_normals, from_axis, met_axis
 
-SHARES = (0.05, 0.15)
-"""Of a beam's size, that its flanges and its web may be thick."""
+SHARE = 0.05
+"""Of a beam's size, that its flanges and its web are thick at first."""
 
 OUTERMOST = 0.02
 """Share of the points that are beyond where a size begins: some of them are strays."""
@@ -35,24 +35,21 @@ def beams(points: Array, normals: Array) -> Iterator[Beam | None]:
         if not min(width, depth) > 0:
             continue
         middle = (low + high) / 2 @ np.stack([across, np.cross(axis, across)])
-        for flange in SHARES:
-            for web in SHARES:
-                yield Beam(middle, axis, depth, width, flange * depth, web * width, across=across)
+        yield Beam(middle, axis, depth, width, SHARE * depth, SHARE * width, across=across)
 
 
 def flanges(kind: type[Flange], points: Array, normals: Array) -> Iterator[Flange | None]:
-    """Yield flanges about lines that all normals meet, also of those along each principal direction of the normals."""
+    """Yield flanges about the line that all normals meet, with the neck on either side."""
     met = met_axis(points, normals)
-    for axis in [*across_normals(normals)] + ([] if met is None else [met[1]]):
-        frame = np.stack(tangents(axis))
-        rows = cross(normals, np.broadcast_to(axis, normals.shape))
-        on = np.linalg.lstsq(rows @ frame.T, dot(rows, points), rcond=None)[0] @ frame
-        rho, z = from_axis(points, on, axis)
-        radius = float(np.quantile(rho, 1 - OUTERMOST))
-        low, high = np.quantile(z[rho > RIM * radius], (OUTERMOST, 1 - OUTERMOST))
-        for sign, side, behind in ((1, low, rho[z < low]), (-1, high, rho[z > high])):
-            if len(behind) and 0 < (neck := float(np.median(behind))) < RIM * radius and high > low:
-                yield kind(on + side * axis, sign * axis, radius, float(high - low), neck)
+    if met is None:
+        return
+    on, axis = met
+    rho, z = from_axis(points, on, axis)
+    radius = float(np.quantile(rho, 1 - OUTERMOST))
+    low, high = np.quantile(z[rho > RIM * radius], (OUTERMOST, 1 - OUTERMOST))
+    for sign, side, behind in ((1, low, rho[z < low]), (-1, high, rho[z > high])):
+        if len(behind) and 0 < (neck := float(np.median(behind))) < RIM * radius and high > low:
+            yield kind(on + side * axis, sign * axis, radius, float(high - low), neck)
 
 
 STARTS: dict[str, Callable[[Array, Array], Iterator[Primitive | None]]] = {
