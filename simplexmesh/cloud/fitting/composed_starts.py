@@ -11,7 +11,7 @@ from simplexmesh._base.vectors import tangents
 from simplexmesh.data.primitives import Beam, Flange, FlangePair, Primitive
 from simplexmesh.numerics.round_fits import across_normals, from_axis, met_axis
 
-SHARE = 0.05
+SHARES = (0.05, 0.15)
 """Of a beam's size, that its flanges and its web are thick at first."""
 
 OUTERMOST = 0.02
@@ -35,7 +35,8 @@ def beams(points: Array, normals: Array) -> Iterator[Beam | None]:
         if not min(width, depth) > 0:
             continue
         middle = (low + high) / 2 @ np.stack([across, np.cross(axis, across)])
-        yield Beam(middle, axis, depth, width, SHARE * depth, SHARE * width, across=across)
+        for share in SHARES:
+            yield Beam(middle, axis, depth, width, share * depth, share * width, across=across)
 
 
 def flanges(kind: type[Flange], points: Array, normals: Array) -> Iterator[Flange | None]:
