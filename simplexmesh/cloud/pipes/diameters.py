@@ -11,7 +11,7 @@ from simplexmesh.cloud.pipes.chain import Chain
 from simplexmesh.cloud.pipes.refining import near_surface
 from simplexmesh.cloud.pipes.tolerances import ALIKE, BAND, FACING, FEWEST, PARALLEL
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
-from simplexmesh.cloud.pipes.tracing.tracking import SPREAD
+from simplexmesh.cloud.pipes.tracing.tracking import JUMP, SPREAD
 
 NARROWEST, WIDEST = 0.3, 3.0
 """Radii that may follow, over the present one."""
@@ -22,8 +22,9 @@ PEAKED = 0.04
 COAXIAL = 0.15
 """Offset in radii of axes that are joined as one at first: whether they are is told when the line is fitted."""
 
-NEAREST, LONGEST = 0.5, 3.0
-"""Least and greatest length of reducers, in radii."""
+NEAREST, FARTHEST = 0.5, 8.0
+"""Heights in radii between which a pipe on a parallel axis begins: behind a reducer, which may be seen from the narrow
+side."""
 
 LEVEL, FLAT = 0.1, 0.3
 """Part of a pipe's normals along its axis, at most; sine of the angle between two that show where that is, at least."""
@@ -38,25 +39,21 @@ CLOSE = 0.9
 """Of the points between pipes that a reducer joins, share that the noise explains, at least: heads of vessels bulge."""
 
 
-def next_radius(around: Surroundings, place: Array, direction: Array, gap: float) -> tuple[float, Array] | None:
-    """Return the radius of the coaxial pipe behind an end, and a place on its axis; None if there is none.
-
-    It begins behind a reducer and, at most, a shadow of `gap` radii of the wider pipe.
-    """
+def next_radius(around: Surroundings, place: Array, direction: Array) -> tuple[float, Array] | None:
+    """Return the radius of the coaxial pipe behind an end, and a place on its axis; None if there is none."""
     r = around.radius
-    reach = (gap + LONGEST) * WIDEST * r
-    at = around.near(place + 0.5 * reach * direction, 0.5 * reach + WIDEST * r)
+    at = around.near(place + 0.5 * JUMP * r * direction, 0.5 * JUMP * r + WIDEST * r)
     away = around.points[at] - place
     height = away @ direction
     out = away - height[:, None] * direction
     rho = norm(out)
-    fine = (height > 0) & (height < reach) & (rho > NARROWEST * r) & (rho < WIDEST * r)
+    fine = (height > 0) & (height < JUMP * r) & (rho > NARROWEST * r) & (rho < WIDEST * r)
     at, height, out, rho = at[fine], height[fine], out[fine], rho[fine]
     facing = np.abs(dot(around.normals(at), out)) > FACING * rho
     height, rho, flat = height[facing], rho[facing], out[facing] @ np.stack(tangents(direction)).T
     best: tuple[int, float, Array] | None = None
     for radius in r * np.arange(NARROWEST, WIDEST, PEAKED):
-        near = (np.abs(rho - radius) < PEAKED * radius) & (height < (gap + LONGEST) * max(radius, r))
+        near = np.abs(rho - radius) < PEAKED * radius
         if abs(radius / r - 1) < ALIKE or near.sum() < FEWEST or (best is not None and near.sum() <= best[0]):
             continue
         unit = flat[near] / rho[near, None]
@@ -66,16 +63,15 @@ def next_radius(around: Surroundings, place: Array, direction: Array, gap: float
     return None if best is None else best[1:]
 
 
-def next_beside(around: Surroundings, place: Array, direction: Array, gap: float) -> tuple[float, Array] | None:
+def next_beside(around: Surroundings, place: Array, direction: Array) -> tuple[float, Array] | None:
     """Return the radius of the pipe behind an eccentric reducer at an end, and where its axis begins, if there is one.
 
     Pipes along the direction are seen as circles, which are drawn through pairs of points at right angles to normals.
     """
     r, frame = around.radius, np.stack([*tangents(direction), direction])
-    reach = (gap + LONGEST) * r
-    at = around.near(place + 0.5 * reach * direction, 0.5 * reach + WIDEST * r)
+    at = around.near(place + 0.5 * FARTHEST * r * direction, 0.5 * FARTHEST * r + WIDEST * r)
     local = (around.points[at] - place) @ frame.T
-    fine = (local[:, 2] > 0) & (local[:, 2] < reach) & (norm(local[:, :2]) < WIDEST * r)
+    fine = (local[:, 2] > 0) & (local[:, 2] < FARTHEST * r) & (norm(local[:, :2]) < WIDEST * r)
     local, normals = local[fine], around.normals(at[fine]) @ frame.T
     level = np.abs(normals[:, 2]) < LEVEL
     flat, height = local[level, :2], local[level, 2]
@@ -88,7 +84,7 @@ def next_beside(around: Surroundings, place: Array, direction: Array, gap: float
     best = int(on.sum(axis=1).argmax()) if len(on) else 0
     if not len(on) or on[best].sum() < FEWEST:
         return None
-    counts, edges = np.histogram(height[on[best]], bins=np.arange(0, reach, radii[best] / 4))
+    counts, edges = np.histogram(height[on[best]], bins=np.arange(0, FARTHEST * r, radii[best] / 4))
     start = edges[int((counts > counts.max() / 2).argmax())]
     axis = place + centers[best] @ frame[:2]
     return (float(radii[best]), axis + start * direction) if start > NEAREST * r else None

@@ -20,9 +20,6 @@ from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 LAST_BENDS = np.geomspace(0.3, 3.0, 8)
 """Lengths of last bends that are tried, in radii; longer ones are traced."""
 
-DENSE, BEFORE = 0.3, 3.0
-"""Share of the points before a last bend that there are on it, per length, at least, and over how many radii before."""
-
 SHORT_END = 5.0
 """Length in radii of a last bend and what is behind it, at most, that may be none."""
 
@@ -124,16 +121,8 @@ def _with_last_bend(around: Surroundings, chain: Chain, deviation: float) -> Cha
         np.cos(length / bend) * along + np.sin(length / bend) * normalized(curvature @ frame)
     )
     longer = replace(chain, corners=corners, bend_radii=np.append(chain.bend_radii, bend))
-    bent = cheaper(around, chain, _bent(longer, length / bend), -SUPERFLUOUS)
-    return bent if bent is not chain and _ends_as_dense(around, bent, deviation) else chain
-
-
-def _ends_as_dense(around: Surroundings, chain: Chain, deviation: float) -> bool:
-    """Whether the last bend has its points: of a wall or a head of a vessel beside an end only few lie on one."""
-    start, before = float(chain.stations[-3]), BEFORE * float(chain.radii[-1])
-    station = chain.feet(around.points[near_surface(around, chain, WITHIN * deviation)]).station
-    on_bend = ((station > start) & (station < chain.stations[-1])).sum() / (chain.stations[-1] - start)
-    return bool(on_bend > DENSE * ((station > start - before) & (station < start)).sum() / before)
+    # three times the price: a wall beside the end looks like a bend too
+    return cheaper(around, chain, _bent(longer, length / bend), -3 * SUPERFLUOUS)
 
 
 def _bent(chain: Chain, angle: float) -> Chain:

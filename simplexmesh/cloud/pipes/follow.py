@@ -23,7 +23,7 @@ from simplexmesh.cloud.pipes.line import PipeLine
 from simplexmesh.cloud.pipes.refining import covariance_of, held, near_surface, off_axis, refined, simplified
 from simplexmesh.cloud.pipes.tolerances import BAND, NEAR
 from simplexmesh.cloud.pipes.tracing.segmenting import segmented
-from simplexmesh.cloud.pipes.tracing.start import Beginning, beginning_near
+from simplexmesh.cloud.pipes.tracing.start import Beginning, beginning
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import JUMP, Track
 from simplexmesh.numerics import scan_lines
@@ -82,7 +82,7 @@ def follow_pipe(
     origin = data.bounds.mean(axis=0)
     points = data.points - origin
     tree = cKDTree(points, balanced_tree=False, compact_nodes=False)
-    start = beginning_near(scan_lines.even(tree).tree, place - origin, limits, reach)
+    start = beginning(scan_lines.even(tree).tree, place - origin, limits, reach)
     line = line_of(tree, origin, *followed(start))
     return replace(with_stops(line, tree, origin), unit=data.unit)
 
@@ -165,7 +165,7 @@ def extended(around: Surroundings, chain: Chain, stops: tuple[str, str], gap: fl
 
 def _coaxial(around: Surroundings, chain: Chain, gap: float) -> tuple[Chain, str] | None:
     """Return a chain with the pipe of another radius on its axis behind its end, if there is one, and why that ends."""
-    found = next_radius(around, chain.corners[-1], chain.directions[-1], gap)
+    found = next_radius(around, chain.corners[-1], chain.directions[-1])
     if found is None:
         return None
     with suppress(ValueError):
@@ -179,7 +179,7 @@ def _eccentric(around: Surroundings, chain: Chain, gap: float) -> tuple[Chain, s
     """Return a chain with the pipe behind an eccentric reducer, if there is one, and why that ends."""
     for one in filter(None, (chain, without_last_bend(chain))):  # a bend may be what the reducer looks like
         along = one.directions[-1]
-        found = next_beside(around, one.corners[-1], along, gap)
+        found = next_beside(around, one.corners[-1], along)
         if found is None:
             continue
         radius, start = found

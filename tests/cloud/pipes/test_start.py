@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from simplexmesh.cloud.pipes.chain import chain_of
 from simplexmesh.cloud.pipes.follow import run
-from simplexmesh.cloud.pipes.tracing.start import _confirmed, beginning, beginning_near
+from simplexmesh.cloud.pipes.tracing.start import _confirmed, beginning
 from simplexmesh.data.primitives import Cylinder
 from tests.cloud.pipes.lines import sampled
 from tests.nightly.marks import nightly
@@ -53,20 +53,6 @@ def test_between_parallel_pipes_a_pick_is_on_its_own():
         begun = beginning(cKDTree(points), np.array(place), ANY, 5.0)
         assert begun.around.radius == pytest.approx(1, rel=0.05)
         assert abs(begun.direction[0]) > 0.99
-
-
-@pytest.mark.parametrize("arc", [200.0, *nightly(360.0)])
-def test_at_joints_pipes_are_found(arc):
-    chain = chain_of([[0.0, 0, 0], [12, 0, 0], [12, 12, 0]], [1.05], 1.0)
-    for seed in range(4):
-        rng = np.random.default_rng(seed)
-        view = rng.normal(size=3)
-        points, station = sampled(chain, rng, 12.0, 0.04, view / np.linalg.norm(view), arc)
-        joint = np.flatnonzero(np.abs(station - chain.stations[1]) < 0.2)
-        for pick in points[rng.choice(joint, 12)]:
-            begun = beginning_near(cKDTree(points), pick, ANY, 5.0)
-            assert begun.around.radius == pytest.approx(1, rel=0.1)
-            assert begun.passes(pick)
 
 
 def test_a_lonely_pipe_is_found():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import cast
@@ -30,11 +29,6 @@ FLAT = 100.0
 ON = 0.2
 """Distance in radii of the pick from the surface, at most."""
 
-PLACES = 4
-"""Around a pick that are tried: along the pipe and around it, both ways."""
-
-REFUSED = "pick must be on a pipe, but no cylinder fits the points around it"
-
 
 @dataclass(frozen=True)
 class Beginning:
@@ -55,48 +49,6 @@ class Beginning:
             raise ValueError("pick must be on a pipe, but that which is there is longer than its points are many")
         return found
 
-    @property
-    def is_long(self) -> bool:
-        """Whether the axis is longer than that of what only looks like a pipe: crosswise, or in a flat."""
-        return STEP * len(self.track.steps) > 4 * SHORT
-
-    def passes(self, place: Array) -> bool:
-        """Whether the surface of the pipe passes a place."""
-        cylinder = Cylinder(self.point, self.direction, self.around.radius)
-        return abs(float(cylinder.distance(place[None])[0])) < ON * cylinder.radius
-
-
-def beginning_near(tree: cKDTree, place: Array, limits: tuple[float, float], gap: float) -> Beginning:
-    """Return the beginning at a picked place, or at points around it if that is longer and its pipe passes there.
-
-    Where two elements meet, or at an end, no cylinder fits the points around a pick.
-    """
-    begun, refused = [], None
-    for seat in (place, *_around(tree, place)):
-        try:
-            found = beginning(tree, seat, limits, gap)
-        except ValueError as error:
-            refused = refused or error
-            continue
-        if found.passes(place):
-            begun.append(found)
-            if found.is_long:
-                break
-    if not begun:
-        raise refused or ValueError(REFUSED)
-    return max(begun, key=lambda each: len(each.track.steps))
-
-
-def _around(tree: cKDTree, place: Array) -> Iterator[Array]:
-    """Yield points around a place, at the rim of the larger neighborhood and far from one another."""
-    points = np.asarray(tree.data)
-    near = points[tree.query(place, k=min(SIZES[-1], len(points)))[1]]
-    away = norm(near - place)
-    for _ in range(PLACES):
-        seat = near[away.argmax()]
-        away = np.minimum(away, norm(near - seat))
-        yield seat
-
 
 def beginning(tree: cKDTree, place: Array, limits: tuple[float, float], gap: float, noise: float = np.inf) -> Beginning:
     """Return the beginning at a picked place with a radius within limits, or say why there is none.
@@ -110,7 +62,7 @@ def beginning(tree: cKDTree, place: Array, limits: tuple[float, float], gap: flo
     if distance > NEAR * size:
         apart = "which all have one position" if size == 0 else f"whose neighborhood of {FEWEST} is {size:.3g} wide"
         raise ValueError(f"pick must be on the cloud: its nearest point, {apart}, is {distance:.3g} away")
-    begun, refused = [], REFUSED
+    begun, refused = [], "pick must be on a pipe, but no cylinder fits the points around it"
     for count in SIZES:
         away, near = tree.query(points[nearest], k=[*range(1, min(count, len(points)) + 1)])
         cylinder = free_cylinder(points[near])
@@ -124,7 +76,7 @@ def beginning(tree: cKDTree, place: Array, limits: tuple[float, float], gap: flo
             radius = limits[0] if given else found.radius
             around = Surroundings(points, radius, radius_is_given=given, noise=noise)
             begun.append(Beginning(around, found.point, found.axis, gap))
-            if begun[-1].is_long:
+            if STEP * len(begun[-1].track.steps) > 4 * SHORT:
                 break
         else:
             refused = f"radius must be that of the pipe at pick, about {found.radius:.4g}"
