@@ -149,7 +149,7 @@ def test_a_thin_plate_with_bores_keeps_them_its_corners_and_its_volume(vertices)
 
 
 def test_units_and_places_do_not_matter():
-    surface = random_blocks(7)
+    surface = random_blocks(8)
     moved = sm.TriangleMesh(1e-3 * surface.vertices + [1.0, -2.0, 0.5], surface.faces)
     one, other = made(surface, 1500)[0].mesh, made(moved, 1500)[0].mesh
     assert other.volume * 1e9 == pytest.approx(one.volume, rel=1e-5)

@@ -361,14 +361,14 @@ def test_small_dense_pieces_far_away_are_no_stray_points():
 @pytest.mark.parametrize("kind", ["points", *nightly("triangles")])
 def test_a_lid_over_open_data_is_told_unless_it_is_wanted(kind):
     ball = sm.sphere(20).triangulated("dual")
-    faces = ball.faces[(ball.vertices[ball.faces][:, :, 2] > -0.4).all(axis=1)]
+    faces = ball.faces[(ball.vertices[ball.faces][:, :, 2] > -0.5).all(axis=1)]
     bowl = sm.TriangleMesh(ball.vertices[np.unique(faces)], np.unique(faces, return_inverse=True)[1].reshape(-1, 3))
     data = bowl if kind == "triangles" else bowl.vertices
-    with pytest.warns(sm.SimplexMeshWarning, match=r"1\d% of the model's area has no data nearby: the data") as told:
+    with pytest.warns(sm.SimplexMeshWarning, match=r"^\d+% of the model's area has no data nearby: the data") as told:
         closed = sm.reconstruct(data, vertices=600, creases="none")
     assert len(told) == 1
     assert closed.mesh.n_holes == 0
-    assert 0.1 < closed.bare < 0.84 / 3.64  # the disk, its rim near the data
+    assert 0.05 < closed.bare < 0.75 / 3.75  # the disk, its rim near the data
     assert f"{closed.bare:.0%} of its area without data" in repr(closed)
     assert sm.reconstruct(data, vertices=600, holes="none", creases="none").mesh.n_holes == 0
     opened = sm.reconstruct(data, vertices=600, holes="auto", creases="none")

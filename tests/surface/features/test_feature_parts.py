@@ -167,7 +167,7 @@ def test_noise_is_estimated(kind, noise):
 
 
 @pytest.mark.parametrize("kind", ["aligned", "sliver", "scan"])
-@pytest.mark.parametrize("radius", [0.2, 0.49])
+@pytest.mark.parametrize("radius", [0.25, 0.49])
 def test_fillets_are_no_creases(kind, radius):
     side = profile((0, 0), (2, 0), (2, 1), (0, 1), radii=[(k, radius) for k in range(4)])
     slab = Reference("slab", [("+", Solid(side, 0.6, pose(axis=(1, 2, 3))))])
