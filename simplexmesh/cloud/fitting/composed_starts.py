@@ -21,7 +21,7 @@ RIM = 0.9
 """Share of the radius from which on points are of a flange's disc."""
 
 
-def beams(points: Array, normals: Array) -> Iterator[Beam | None]:
+def beams(points: Array, normals: Array) -> Iterator[Beam]:
     """Yield beams along what is across all normals, whose sides most normals are along (4.4.1), in the points' box."""
     axis = across_normals(normals)[2]
     frame = np.stack(tangents(axis))
@@ -39,7 +39,7 @@ def beams(points: Array, normals: Array) -> Iterator[Beam | None]:
             yield Beam(middle, axis, depth, width, share * depth, share * width, across=across)
 
 
-def flanges(kind: type[Flange], points: Array, normals: Array) -> Iterator[Flange | None]:
+def flanges(kind: type[Flange], points: Array, normals: Array) -> Iterator[Flange]:
     """Yield flanges about the line that all normals meet, with the neck on either side."""
     met = met_axis(points, normals)
     if met is None:
@@ -53,7 +53,7 @@ def flanges(kind: type[Flange], points: Array, normals: Array) -> Iterator[Flang
             yield kind(on + side * axis, sign * axis, radius, float(high - low), neck)
 
 
-STARTS: dict[str, Callable[[Array, Array], Iterator[Primitive | None]]] = {
+STARTS: dict[str, Callable[[Array, Array], Iterator[Primitive]]] = {
     "beam": beams,
     "flange": lambda points, normals: flanges(Flange, points, normals),
     "flange pair": lambda points, normals: flanges(FlangePair, points, normals),

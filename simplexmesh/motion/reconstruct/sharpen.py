@@ -46,9 +46,10 @@ def sharpen(run: Run) -> None:
         return
     run.report(0.93, "looking for sharp edges")
     blurred, reach = isinstance(target, Isosurface), run.stages[-1].reach
-    bare = run.tree.query(run.mesh.vertices, workers=-1)[0] > 2 * reach
-    if not blurred and share_of_area(run.mesh, bare) >= LEAST_BARE:
-        return  # the rim of a lid is no crease of the data
+    if not blurred:
+        bare = run.tree.query(run.mesh.vertices, workers=-1)[0] > 2 * reach
+        if share_of_area(run.mesh, bare) >= LEAST_BARE:
+            return  # the rim of a lid is no crease of the data
     points = run.points if blurred else run.data.samples().points
     away = run.away(points)
     rows = np.flatnonzero(away <= reach)  # inner walls and other bodies have no creases of the model
