@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
@@ -12,17 +14,26 @@ from simplexmesh._base.vectors import dot, norm
 from tests.cloud.scenes.plant import CLEARANCE, plant_scene, scanned_plant
 from tests.cloud.scenes.scoring import untangent
 from tests.cloud.scenes.test_shapes import exact_distance
+from tests.nightly.marks import nightly
 
 SEEDS = range(12)
-CLEAN = [plant_scene(seed, noise=0.0, outliers=0.0, count=20_000) for seed in SEEDS]
 ORDER = ["plane"] * 2 + ["cylinder"] * 4 + ["torus"] * 2 + ["sphere", "cone"]
+
+
+@functools.cache
+def clean(seed):
+    return plant_scene(seed, noise=0.0, outliers=0.0, count=20_000)
+
+
+@pytest.fixture(params=[0, 1, *nightly(*SEEDS[2:])])
+def scene(request):
+    return clean(request.param)
 
 
 def residuals(scene):
     return np.concatenate([exact_distance(s, scene.points[scene.labels == k]) for k, s in enumerate(scene.shapes)])
 
 
-@pytest.mark.parametrize("scene", CLEAN)
 class TestEvery:
     def test_has_the_ten_shapes(self, scene):
         assert [shape.kind for shape in scene.shapes] == ORDER
@@ -63,20 +74,22 @@ class TestEvery:
 
 
 class TestRandom:
+    @pytest.mark.nightly
     def test_scenes_differ_in_every_measure(self):
         measures = [
             [scene.shapes[2].radius, scene.shapes[5].radius, *(shape.radius for shape in scene.shapes[6:9])]
             + [scene.shapes[9].half_angle, *(elbow.extent[0, 1] for elbow in scene.shapes[6:8])]
             + [shape.extent[1, 1] for shape in scene.shapes[:6]]
             + [shape.axis[0] for shape in scene.shapes if shape.kind != "sphere"]
-            for scene in CLEAN
+            for scene in map(clean, SEEDS)
         ]
         spread = np.ptp(measures, axis=0) / np.mean(np.abs(measures), axis=0)
         assert spread.min() > 0.2
-        assert all(len(np.unique(each)) == len(CLEAN) for each in np.transpose(measures))
+        assert all(len(np.unique(each)) == len(SEEDS) for each in np.transpose(measures))
 
+    @pytest.mark.nightly
     def test_radii_are_not_squeezed_by_what_fits(self):
-        radii = np.array([scene.shapes[2].radius for scene in CLEAN])
+        radii = np.array([scene.shapes[2].radius for scene in map(clean, SEEDS)])
         assert (radii > 0.08).sum() >= 2
         assert (radii < 0.08).sum() >= 2
 

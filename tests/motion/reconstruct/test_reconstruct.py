@@ -180,7 +180,7 @@ def test_tunnels_below_the_given_width_are_sealed():
     drilled = np.minimum(11.3 - np.sqrt(x * x + y * y + z * z), np.hypot(x, y) - 3.2)
     volume = sm.Volume(drilled, spacing=0.5)
     for tunnels, genus in ((None, 1), (0.0, 1), (2.0, 1), (5.0, 0)):
-        model = sm.reconstruct(volume, level=0.0, vertices=1200, tunnels=tunnels)
+        model = sm.reconstruct(volume, level=0.0, vertices=500, tunnels=tunnels)
         assert model.mesh.genus == genus
         assert model.found.tunnels_removed == 1 - genus
 
