@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 import pyvista as pv
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import simplexmesh as sm
@@ -291,6 +291,7 @@ class TestDeviation:
         assert np.isnan(found.distances).tolist() == [True, False]
         assert np.isnan(sm.deviation(np.array([[9.0, 0, 0]]), BALL, reach=0.5).bias)
 
+    @settings(max_examples=4)
     @given(st.integers(0, 10**6))
     def test_moves_with_both(self, seed):
         T = rigid(seed)

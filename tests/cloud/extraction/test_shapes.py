@@ -52,7 +52,7 @@ def test_unit_does_not_matter(scale):
 
 @pytest.mark.parametrize("draw", ["uniform", *nightly("normal")])
 def test_a_cloud_without_surfaces_has_next_to_no_primitives(draw):
-    points = getattr(np.random.default_rng(3), draw)(size=(4000, 3))
+    points = getattr(np.random.default_rng(3), draw)(size=(2000, 3))
     assert (sm.extract_primitives(points).labels >= 0).mean() < 0.05
 
 

@@ -12,7 +12,6 @@ import simplexmesh as sm
 from tests.cloud.scenes.scoring import matched
 from tests.nightly.marks import nightly
 
-PARTS = ("PC18", "PC42", "PC49")
 PRINTED = 1e-4
 """To which the files print sizes."""
 
@@ -42,9 +41,10 @@ def part(folder, name):
 
 
 @pytest.mark.data
-def test_kinds_and_parameters_of_parts(data_folder):
+@pytest.mark.parametrize(("parts", "count"), [(["PC42", "PC49"], 11), *nightly((["PC18"], 23))])
+def test_kinds_and_parameters_of_parts(data_folder, parts, count):
     right = total = 0
-    for name in PARTS:
+    for name in parts:
         for points, kind, vectors in segments(data_folder, name):
             found, size = sm.fit_primitive(points, "any"), np.ptp(points, axis=0).max()
             total += 1
@@ -65,7 +65,7 @@ def test_kinds_and_parameters_of_parts(data_folder):
             else:
                 assert (found.radius, found.tube_radius) == pytest.approx((lengths[0], lengths[2]), abs=PRINTED)
                 assert np.linalg.norm(found.center - vectors[-1]) < PRINTED
-    assert total == 34
+    assert total == count
     assert right >= 0.9 * total
 
 

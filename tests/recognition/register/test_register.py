@@ -120,7 +120,7 @@ class TestMotionsAreFound:
 
     def test_between_kinds_of_data(self):
         rng = np.random.default_rng(3)
-        mesh, T = reference.lumpy(16), motion(rng)
+        mesh, T = reference.lumpy(8), motion(rng)
         cloud = sm.PointCloud(mesh.vertices, mesh.normals).transformed(T)
         for source in (mesh, mesh.triangulated()):
             assert turn_between(sm.register(source, cloud).T_target_source, T) < 0.5
