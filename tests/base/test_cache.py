@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import shutil
 import subprocess
@@ -17,6 +18,7 @@ from simplexmesh._base import cache
 NOBODY = 65534
 PACKAGE = Path(simplexmesh.__file__).parent
 CODE = """
+import functools
 import os
 import simplexmesh as sm
 from simplexmesh.mesh import _kernels
@@ -38,26 +40,27 @@ def output_of(folder: Path, home: Path, **more: str) -> list[str]:
     return done.stdout.split()
 
 
+@functools.cache
+def nobody_runs_python() -> bool:
+    """Whether the interpreter and numba are where all may read them."""
+    user = ["setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups"]
+    done = subprocess.run([*user, sys.executable, "-c", "import numba"], capture_output=True, check=False, cwd="/")
+    return done.returncode == 0
+
+
 @pytest.fixture
 def closed():
     """A copy of the package that user nobody can only read, a home that it cannot write, a temporary folder."""
     if shutil.which("setpriv") is None or not hasattr(os, "getuid") or os.getuid() != 0:
         pytest.skip("needs root and setpriv to run as another user")
+    if not nobody_runs_python():
+        pytest.skip("user nobody cannot run this Python")
     folder = Path(tempfile.mkdtemp())
     folder.chmod(0o755)
     shutil.copytree(PACKAGE, folder / "simplexmesh", ignore=shutil.ignore_patterns("__pycache__"))
     (folder / "temporary").mkdir()
     (folder / "temporary").chmod(0o777)
     (folder / "home").mkdir(mode=0o755)
-    probe = subprocess.run(
-        ["setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups", sys.executable, "-c", "import numba"],
-        capture_output=True,
-        check=False,
-        cwd=folder,
-    )
-    if probe.returncode:
-        shutil.rmtree(folder)
-        pytest.skip("user nobody cannot run this Python")
     yield folder
     shutil.rmtree(folder)
 

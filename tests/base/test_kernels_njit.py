@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import importlib
 import subprocess
 import sys
 import threading
@@ -17,7 +18,7 @@ import numpy as np
 import pytest
 
 import simplexmesh
-from simplexmesh._base._kernels_njit import IMPORTED, CacheFile, njit
+from simplexmesh._base._kernels_njit import IMPORTED, CacheFile, njit, source_hash
 from tests.base.kernel_writes import check, written
 
 Pair = namedtuple("Pair", ["left", "right"])
@@ -186,7 +187,7 @@ class TestFiles:
         files(tmp_path).save("one", 1)
         assert [files(tmp_path).load(name) for name in ("one", "two")] == [1, 2]
 
-    def test_are_stale_when_an_imported_file_has_changed(self, tmp_path):
+    def test_are_stale_when_an_imported_file_has_changed(self, tmp_path, monkeypatch):
         """As after an upgrade, by which most kernels' own files stay as they are."""
         package = tmp_path / "package"
         package.mkdir()
@@ -197,17 +198,23 @@ class TestFiles:
             "inner": f"from package.factors import FACTOR\n{kernel}def inner(x):\n    return FACTOR * x\n",
             "outer": f"from package.inner import inner\n{kernel}def outer(x):\n    return 10 * inner(x)\n",
         }
-        code = "from package.outer import outer; print(outer(7), sum(outer.stats.cache_misses.values()))"
+        monkeypatch.syspath_prepend(tmp_path)
 
         def run(**changed):
+            """Import all anew, as a new process does."""
             for name, text in changed.items():
                 (package / f"{name}.py").write_text(text)
-            return subprocess.check_output([sys.executable, "-c", code], cwd=tmp_path, text=True).split()
+            for name in [name for name in sys.modules if name.partition(".")[0] == "package"]:
+                monkeypatch.delitem(sys.modules, name)
+            importlib.invalidate_caches()
+            source_hash.cache_clear()
+            outer = importlib.import_module("package.outer").outer
+            return outer(7), sum(outer.stats.cache_misses.values())
 
-        assert [run(**sources), run()] == [["140", "1"], ["140", "0"]]
-        assert run(factors="FACTOR = 30\n") == ["2100", "1"]
-        assert run(inner=sources["inner"].replace("* x", "* x * 15")) == ["31500", "1"]
-        assert run() == ["31500", "0"]
+        assert [run(**sources), run()] == [(140, 1), (140, 0)]
+        assert run(factors="FACTOR = 30\n") == (2100, 1)
+        assert run(inner=sources["inner"].replace("* x", "* x * 15")) == (31500, 1)
+        assert run() == (31500, 0)
 
     @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
     def test_find_all_imports_of_a_kernel_file(self, file):
@@ -225,15 +232,19 @@ class TestFiles:
         files(tmp_path).save("one", 1)
         assert other.exists()
 
-    def test_processes_started_together_compute_the_same(self, tmp_path):
+    def test_processes_started_together_compute_the_same(self, tmp_path, monkeypatch):
         (tmp_path / "shared.py").write_text(
             "from simplexmesh._base._kernels_njit import njit\n@njit(cache=True)\ndef last(x):\n    return x[-1] * 2\n"
         )
         code = "import numpy as np, sys; from shared import last; print(last(np.array([1, 3], sys.argv[1])))"
-        for _ in range(2):  # compiled, then from the cache
-            started = [
-                subprocess.Popen([sys.executable, "-c", code, kind], cwd=tmp_path, stdout=subprocess.PIPE, text=True)
-                for kind in ("f8", "i8")
-            ]
-            assert [process.communicate(timeout=120)[0].strip() for process in started] == ["6.0", "6"]
+        started = [
+            subprocess.Popen([sys.executable, "-c", code, kind], cwd=tmp_path, stdout=subprocess.PIPE, text=True)
+            for kind in ("f8", "i8")
+        ]
+        assert [process.communicate(timeout=120)[0].strip() for process in started] == ["6.0", "6"]
+        monkeypatch.syspath_prepend(tmp_path)
+        last = importlib.import_module("shared").last
+        monkeypatch.delitem(sys.modules, "shared")
+        assert [str(last(np.array([1, 3], kind))) for kind in ("f8", "i8")] == ["6.0", "6"]
+        assert sum(last.stats.cache_misses.values()) == 0
         assert len(list(tmp_path.glob("__pycache__/*.nbc"))) <= 2
