@@ -95,7 +95,7 @@ def test_right_angles_are_right(kind, noise, off, recall):
 
 
 @pytest.mark.parametrize(("noise", "right"), [(0.0, 0.95), (0.1, 0.9)])
-@pytest.mark.parametrize("kind", ["aligned", "scan"])
+@pytest.mark.parametrize("kind", [*nightly("aligned"), "scan"])
 def test_zones_are_what_the_patches_are(kind, noise, right):
     told = []
     for name in SEEDS:
@@ -108,7 +108,7 @@ def test_zones_are_what_the_patches_are(kind, noise, right):
 
 
 @pytest.mark.parametrize("noise", [0.02, 0.05])
-@pytest.mark.parametrize("kind", ["aligned", "scan"])
+@pytest.mark.parametrize("kind", [*nightly("aligned"), "scan"])
 def test_creases_of_simplified_scans_are_found(noise, kind):
     scores, zones = [], []
     for name in set(SEEDS) - {"dome"}:  # round all over: its triangles stay even, as those of a scan
@@ -162,7 +162,7 @@ def test_a_zone_of_one_triangle_astride_a_crease_keeps_it():
 @pytest.mark.parametrize("noise", [0.05, *nightly(0.1), 0.2])
 @pytest.mark.parametrize("kind", ["aligned", IRREGULAR])
 def test_noise_is_estimated(kind, noise):
-    shares = [network.noise / given.edge for given, network in (found(name, kind, noise) for name in SEEDS)]
+    shares = [network.noise / given.edge for given, network in (found(name, kind, noise) for name in ("block", "plate"))]
     assert np.mean(shares) == pytest.approx(noise, rel=0.15)
 
 
