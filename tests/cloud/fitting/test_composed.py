@@ -83,7 +83,7 @@ def test_many_seen_from_two_stations(kind, count):
         if kind == "flange":
             assert found.axis @ primitive.axis > 0
     assert np.abs(off).max() < 5
-    assert abs(np.sqrt(np.mean(np.square(off))) - 1) < 1.3 / np.sqrt(count)
+    assert 0.7 < np.sqrt(np.mean(np.square(off))) < 1.3
 
 
 def test_a_beam_seen_from_above_needs_a_measure():

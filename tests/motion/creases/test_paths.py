@@ -9,6 +9,7 @@ from simplexmesh.motion.creases.line import CreaseLine
 from simplexmesh.motion.creases.paths import on_paths, traced
 from simplexmesh.motion.creases.sides import crossed_edges, parts
 from simplexmesh.motion.creases.tracing import Tracing
+from tests.nightly.marks import nightly
 
 CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
 
@@ -111,7 +112,7 @@ def test_lines_without_a_way_of_their_own_go_along_others():
     assert {path.line for path in paths} == {0, 1}
 
 
-@pytest.mark.parametrize("count", [7, 12, 20])
+@pytest.mark.parametrize("count", [7, 12, *nightly(20)])
 def test_many_lines_meet_in_one_place(count):
     """Sets of vertices for a corner were three times as many for each more line, and 20 lines took forever."""
     trace = Tracing(sm.sphere(20), 0.0)

@@ -65,8 +65,7 @@ def test_a_scanned_figurine(data_folder):
 @pytest.mark.parametrize(
     ("name", "level", "vertices"),
     [
-        *nightly(("head_ct.mhd", 500, 3000), ("head_ct.mhd", 500, 12_000)),
-        ("tooth.nhdr", 655, 4000),
+        *nightly(("head_ct.mhd", 500, 3000), ("head_ct.mhd", 500, 12_000), ("tooth.nhdr", 655, 4000)),
         ("head_mr.mhd", 8, 3000),
     ],
 )

@@ -21,9 +21,12 @@ FACES = 7000
 (IRREGULAR,) = nightly("irregular")
 
 
+body_of = cache(reference)
+
+
 @cache
 def part(name, kind):
-    body = reference(name, SEEDS[name])
+    body = body_of(name, SEEDS[name])
     return tessellated(body, kind, body.edge(FACES) / (4 if kind == "sliver" else 1), SEEDS[name])
 
 
