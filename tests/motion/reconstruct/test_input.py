@@ -215,9 +215,7 @@ def test_zones_of_holes_are_faces_of_the_start_also_beside_handles():
     ball = sm.sphere(6, radius=1.05)
     cap = [face for face, corners in enumerate(ball.faces) if (ball.vertices[corners, 0] > 0.8).all()]
     pair = [int(np.argmax([s * ball.vertices[corners, 2].mean() for corners in ball.faces])) for s in (1, -1)]
-    model = sm.reconstruct(
-        sm.sphere(12).vertices, init=ball, holes=[cap], handles=[pair], iterations=5, creases="none"
-    )
+    model = sm.reconstruct(sm.sphere(12).vertices, init=ball, holes=[cap], handles=[pair], iterations=5, creases="none")
     (zone,) = model.topology.holes
     assert len(zone.faces) == len(cap)
     assert zone.contour.mesh.vertices[zone.vertices][:, 0].min() > 0.6

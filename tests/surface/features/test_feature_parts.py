@@ -165,8 +165,8 @@ def test_a_zone_of_one_triangle_astride_a_crease_keeps_it():
 @pytest.mark.parametrize("noise", [0.05, *nightly(0.1), 0.2])
 @pytest.mark.parametrize("kind", ["aligned", IRREGULAR])
 def test_noise_is_estimated(kind, noise):
-    shares = [network.noise / given.edge for given, network in (found(name, kind, noise) for name in ("block", "plate"))]
-    assert np.mean(shares) == pytest.approx(noise, rel=0.15)
+    pairs = (found(name, kind, noise) for name in ("block", "plate"))
+    assert np.mean([network.noise / given.edge for given, network in pairs]) == pytest.approx(noise, rel=0.15)
 
 
 @pytest.mark.parametrize("kind", ["aligned", "sliver", "scan"])
