@@ -20,7 +20,7 @@ PAGES = [
 ]  # that one is made of the demos
 SKIPPED = "<!-- not run"
 LONG = {"compare", "curvature", "guides", "measure", "operators", "print"}
-LONG |= {"recognition", "recognize", "reconstruction", "scans", "vertices"}
+LONG |= {"coming", "features", "primitives", "recognition", "recognize", "reconstruction", "scans", "vertices"}
 """Pages that run every night."""
 
 
