@@ -246,7 +246,7 @@ class TestDoor:
         with pytest.raises(ValueError, match="hidden must be 500 booleans"):
             sm.SAI(5, sm.sphere(5), hidden)
 
-    @pytest.mark.parametrize("apart", [2.1, 3.0])
+    @pytest.mark.parametrize("apart", [2.1, *nightly(3.0)])
     def test_that_data_is_not_in_the_signature_is_told(self, apart):
         """Two balls had the signature of something between them."""
         ball = sm.sphere(12).triangulated("dual")
