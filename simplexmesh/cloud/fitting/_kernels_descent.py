@@ -22,7 +22,7 @@ START, LEAST, MOST = 1e-3, 1e-9, 1e10
 def fill_step(matrix, downhill, damping, free, step):
     """Fill the solution of the normal equations with a diagonal that is larger by the damping (Marquardt 1963).
 
-    Parameters (p,) that are not free, and those on which nothing depends, have a step of 0. Return whether there is one.
+    Parameters (p,) that are not free, and those on which nothing depends, get a step of 0. Return whether there is one.
     """
     p = len(step)
     unit, scale = np.zeros((p, p)), np.zeros(p)

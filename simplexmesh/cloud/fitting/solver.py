@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from typing import Any, Protocol, Self, TypeVar
+from typing import Any, Protocol, Self, TypeVar, cast
 
 import numpy as np
 
@@ -61,12 +61,12 @@ def solve(
     if fixed is None and isinstance(start, Primitive):
         start = start.centered(points)
     taper = _taper(start, points, fixed)  # its parameters are those of the cone but for the fifth, which is not held
-    start = taper or start
+    start = start if taper is None else taper
     rounding = len(points) * (np.finfo(float).eps * float(np.abs(points).max())) ** 2
     settings = (points, weights, loss_scale), fixed, iterations, (tolerance, rounding)
     plain = isinstance(start, Primitive) and type(start).normal_equations is Primitive.normal_equations
-    found: Model = (surface_descended if plain else descended)(start, *settings)
-    return found if taper is None else found.cone()  # type: ignore[attr-defined]
+    found: Any = (surface_descended if plain else descended)(start, *settings)
+    return cast(Model, found if taper is None else found.cone())
 
 
 def _taper(primitive: Any, points: Array, fixed: Mask | None) -> Taper | None:

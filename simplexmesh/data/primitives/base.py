@@ -318,8 +318,8 @@ class Primitive:
 
     def _across(self) -> Array:
         """Return two directions (2, 3) across the axis."""
-        directions: Array = kernels.across(self._pose[1])
-        return directions
+        frame: Array = kernels.framed(self._pose[1])
+        return frame[:2]
 
     def _scaled(self, scale: float) -> tuple[float, ...]:
         """Return the measures of the shape when lengths are scaled."""
