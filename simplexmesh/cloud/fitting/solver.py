@@ -17,10 +17,10 @@ from simplexmesh.data.primitives.base import NO_WEIGHTS
 Equations = tuple[Array, Array, float]
 """Normal matrix (p, p), downhill vector (p,) and the cost."""
 
-Given = tuple[Array, Array | None, float | None]
+Weighed = tuple[Array, Array | None, float | None]
 """Points (n, 3), their weights (n,), and the scale of the loss."""
 
-Limits = tuple[float, float]
+Stop = tuple[float, float]
 """Share of the cost, and cost, that a last step promises to take off."""
 
 TOLERANCE = 1e-10
@@ -76,7 +76,7 @@ def _taper(primitive: Any, points: Array, fixed: Mask | None) -> Taper | None:
     return Taper.of(primitive, points)
 
 
-def surface_descended(start: Primitive, given: Given, fixed: Mask | None, iterations: int, least: Limits) -> Primitive:
+def surface_descended(start: Primitive, given: Weighed, fixed: Mask | None, iterations: int, least: Stop) -> Primitive:
     """Return where `descended` leads from a surface whose distances are a kernel's, many times as fast."""
     points, weights, loss_scale = given
     free = ~(np.zeros(start.n_parameters, bool) if fixed is None else fixed)
@@ -85,7 +85,7 @@ def surface_descended(start: Primitive, given: Given, fixed: Mask | None, iterat
     return start._with(found.origin, found.frame[2], *found.shape.tolist())
 
 
-def descended(start: Any, given: Given, fixed: Mask | None, iterations: int, least: Limits) -> Any:
+def descended(start: Any, given: Weighed, fixed: Mask | None, iterations: int, least: Stop) -> Any:
     """Return where damped Gauss-Newton steps lead; steps to what is no primitive are refused as those that go up."""
     here, (matrix, downhill, cost) = start, start.normal_equations(*given)
     free = np.ones(len(downhill), bool) if fixed is None else ~fixed

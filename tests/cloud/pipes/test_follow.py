@@ -73,7 +73,10 @@ class TestBends:
     def test_too_tight_for_the_pipe_are_none(self, seed, station):
         """Where another of the same radius crosses its end, half a radius off its axis."""
         rng = np.random.default_rng(seed)
-        picked, other = chain_of([[0, 0, 0], [7, 0, 0]], [], 1.0), chain_of([[7.5, -2.8, 0.5], [7.5, 5.3, 0.5]], [], 1.0)
+        picked, other = (
+            chain_of([[0, 0, 0], [7, 0, 0]], [], 1.0),
+            chain_of([[7.5, -2.8, 0.5], [7.5, 5.3, 0.5]], [], 1.0),
+        )
         own, beyond = (sampled(each, rng, 48.0, 0.001, np.array([0.0, 0.0, 1.0]), 360.0)[0] for each in (picked, other))
         outside = (picked.distance(beyond) > -0.01) | (beyond[:, 0] > 7)
         points = np.concatenate([own[other.distance(own) > -0.01], beyond[outside]])
