@@ -73,13 +73,8 @@ def without_short_bends(chain: Chain, place: Array) -> Chain:
     first, last = max(bends[bends < j] + 1, default=0), min(bends[bends >= j], default=last)
     segments = chain.changes[:, 0]
     kept, before = (segments >= first) & (segments <= last), int((segments < first).sum())
-    return Chain(
-        chain.corners[first : last + 2],
-        chain.bend_radii[first:last],
-        chain.radii[before : before + int(kept.sum()) + 1],
-        chain.changes[kept] - np.array([first, 0.0, 0.0]),
-        chain.offsets[kept],
-    )
+    radii, changes = chain.radii[before : before + kept.sum() + 1], chain.changes[kept] - np.array([first, 0.0, 0.0])
+    return Chain(chain.corners[first : last + 2], chain.bend_radii[first:last], radii, changes, chain.offsets[kept])
 
 
 def _ended(around: Surroundings, chain: Chain, deviation: float) -> Chain:
