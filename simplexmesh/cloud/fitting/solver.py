@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol, Self, TypeVar
+from contextlib import suppress
+from typing import Any, Protocol, Self, TypeVar, cast
 
 import numpy as np
 
 from simplexmesh._base.arrays import Array, Mask
+from simplexmesh.cloud.fitting import _kernels_descent as kernels
+from simplexmesh.cloud.fitting._kernels_descent import LEAST, MOST, START
 from simplexmesh.cloud.fitting.taper import Taper
 from simplexmesh.data.primitives import Cone, Primitive
+from simplexmesh.data.primitives.base import NO_WEIGHTS
 
 Equations = tuple[Array, Array, float]
 """Normal matrix (p, p), downhill vector (p,) and the cost."""
 
-START, LEAST, MOST = 1e-3, 1e-9, 1e10
-"""Damping of the first step, and its limits: above the last one no step goes down (4.2.1)."""
+Weighed = tuple[Array, Array | None, float | None]
+"""Points (n, 3), their weights (n,), and the scale of the loss."""
+
+Stop = tuple[float, float]
+"""Share of the cost, and cost, that a last step promises to take off."""
 
 TOLERANCE = 1e-10
 """Share of the cost that a last step promises to take off."""
@@ -54,9 +61,12 @@ def solve(
     if fixed is None and isinstance(start, Primitive):
         start = start.centered(points)
     taper = _taper(start, points, fixed)  # its parameters are those of the cone but for the fifth, which is not held
-    given = (points, weights, loss_scale)
-    found: Model = _descended(taper or start, given, fixed, iterations, tolerance)
-    return found if taper is None else found.cone()  # type: ignore[attr-defined]
+    start = start if taper is None else taper
+    rounding = len(points) * (np.finfo(float).eps * float(np.abs(points).max())) ** 2
+    settings = (points, weights, loss_scale), fixed, iterations, (tolerance, rounding)
+    plain = isinstance(start, Primitive) and type(start).normal_equations is Primitive.normal_equations
+    found: Any = (surface_descended if plain else descended)(start, *settings)
+    return cast(Model, found if taper is None else found.cone())
 
 
 def _taper(primitive: Any, points: Array, fixed: Mask | None) -> Taper | None:
@@ -66,41 +76,32 @@ def _taper(primitive: Any, points: Array, fixed: Mask | None) -> Taper | None:
     return Taper.of(primitive, points)
 
 
-def _descended(
-    start: Any, given: tuple[Array, Array | None, float | None], fixed: Mask | None, iterations: int, tolerance: float
-) -> Any:
+def surface_descended(start: Primitive, given: Weighed, fixed: Mask | None, iterations: int, least: Stop) -> Primitive:
+    """Return where `descended` leads from a surface whose distances are a kernel's, many times as fast."""
+    points, weights, loss_scale = given
+    free = ~(np.zeros(start.n_parameters, bool) if fixed is None else fixed)
+    at = np.ascontiguousarray(points), NO_WEIGHTS if weights is None else weights, float(loss_scale or np.inf)
+    found = kernels.descend(start._surface, start._columns(), at, free, iterations, least)
+    return start._with(found.origin, found.frame[2], *found.shape.tolist())
+
+
+def descended(start: Any, given: Weighed, fixed: Mask | None, iterations: int, least: Stop) -> Any:
     """Return where damped Gauss-Newton steps lead; steps to what is no primitive are refused as those that go up."""
-    points = given[0]
-    rounding = len(points) * (np.finfo(float).eps * float(np.abs(points).max())) ** 2
     here, (matrix, downhill, cost) = start, start.normal_equations(*given)
-    damping = START
+    free = np.ones(len(downhill), bool) if fixed is None else ~fixed
+    damping, step = START, np.zeros(len(downhill))
     for _ in range(iterations):
         if damping > MOST:
             break
-        try:
-            step = _step(matrix, downhill, damping, fixed)
-            if step @ downhill <= tolerance * cost + rounding:
+        if kernels.fill_step(matrix, downhill, damping, free, step):
+            if step @ downhill <= least[0] * cost + least[1]:
                 break
-            there = here.stepped(step)
-        except (ValueError, np.linalg.LinAlgError):
-            damping *= 10
-            continue
-        trial = there.normal_equations(*given)
-        if trial[2] < cost:
-            here, (matrix, downhill, cost) = there, trial
-            damping = max(damping / 10, LEAST)
-        else:
-            damping *= 10
+            with suppress(ValueError):
+                there = here.stepped(step)
+                trial = there.normal_equations(*given)
+                if trial[2] < cost:
+                    here, (matrix, downhill, cost) = there, trial
+                    damping = max(damping / 10, LEAST)
+                    continue
+        damping *= 10
     return here
-
-
-def _step(matrix: Array, downhill: Array, damping: float, fixed: Mask | None) -> Array:
-    """Return the solution of the normal equations with a diagonal that is larger by the damping (Marquardt 1963)."""
-    scale = np.sqrt(np.diagonal(matrix))
-    free = scale > 0 if fixed is None else (scale > 0) & ~fixed
-    step = np.zeros(len(downhill))
-    scale = scale[free]
-    unit = matrix[free][:, free] / (scale[:, None] * scale)
-    unit.flat[:: len(scale) + 1] += damping
-    step[free] = np.linalg.solve(unit, downhill[free] / scale) / scale
-    return step

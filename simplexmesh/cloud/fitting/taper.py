@@ -32,7 +32,7 @@ class Taper(Primitive):
     fit: Fit | None = None
 
     def __post_init__(self) -> None:
-        if not self.radius > 0 or not abs(self.slope) < np.pi / 2:
+        if not self._is_possible:
             raise ValueError(f"no cone has the radius {self.radius:g} and the slope {self.slope:g}")
 
     @classmethod

@@ -9,12 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from simplexmesh._base._kernels_both import FAST
 from simplexmesh._base._kernels_njit import LEAN, njit
 from simplexmesh._base.arrays import Array
 from simplexmesh.numerics._kernels_vectors import dot, minus, norm, plus, row
 
-jit = njit(cache=True, error_model="numpy")
-lean = njit(**LEAN)
+jit = njit(cache=True, error_model="numpy", fastmath=FAST)
+lean = njit(**LEAN, fastmath=FAST)
 
 WIDTH = 14
 """Parameters that a distance depends on, at most, without offsets: three corners, a bend radius, two radii, the ends of

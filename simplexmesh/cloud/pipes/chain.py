@@ -309,9 +309,9 @@ class Chain:
         return self.radii[np.searchsorted(self.changes[:, 0], np.arange(1, len(self.corners) - 1) - 0.5)]
 
     @property
-    def bends_are_short(self) -> bool:
-        """Whether there was no room for bends as wide as the pipe."""
-        return bool((self.bend_radii < (1 - SHORTEST) * self._least_bends).any())
+    def are_short(self) -> Mask:
+        """(m - 2,) whether there was no room for a bend as wide as the pipe."""
+        return self.bend_radii < (1 - SHORTEST) * self._least_bends
 
     def begun(self, share: float) -> Chain:
         """Return a closed chain that begins at a share of the way from its last corner to its first one."""

@@ -66,6 +66,17 @@ def without_last_bend(chain: Chain) -> Chain | None:
     return replace(chain, corners=corners, bend_radii=chain.bend_radii[:-1])
 
 
+def without_short_bends(chain: Chain, place: Array) -> Chain:
+    """Return the part of an open chain about a place near its axis, up to bends that its pipe is too wide for."""
+    j, last = int(chain.feet(place[None]).piece[0] + 1) // 2, len(chain.lengths) - 1
+    bends = np.arange(last)[chain.are_short]
+    first, last = max(bends[bends < j] + 1, default=0), min(bends[bends >= j], default=last)
+    segments = chain.changes[:, 0]
+    kept, before = (segments >= first) & (segments <= last), int((segments < first).sum())
+    radii, changes = chain.radii[before : before + kept.sum() + 1], chain.changes[kept] - np.array([first, 0.0, 0.0])
+    return Chain(chain.corners[first : last + 2], chain.bend_radii[first:last], radii, changes, chain.offsets[kept])
+
+
 def _ended(around: Surroundings, chain: Chain, deviation: float) -> Chain:
     """Return a chain that ends where its points do: on the last straight, or in the bend before."""
     at = near_surface(around, chain, max(WITHIN * deviation, 0.02 * around.radius))

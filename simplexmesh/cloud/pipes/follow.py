@@ -18,13 +18,13 @@ from simplexmesh.cloud.given_cloud import given_cloud
 from simplexmesh.cloud.pipes.chain import Chain
 from simplexmesh.cloud.pipes.diameters import is_joint, joined, next_beside, next_radius
 from simplexmesh.cloud.pipes.elements import elements_of
-from simplexmesh.cloud.pipes.ends import reversed_chain, with_ends, with_stops, without_last_bend
+from simplexmesh.cloud.pipes.ends import reversed_chain, with_ends, with_stops, without_last_bend, without_short_bends
 from simplexmesh.cloud.pipes.line import PipeLine
 from simplexmesh.cloud.pipes.refining import covariance_of, held, near_surface, off_axis, refined, simplified
 from simplexmesh.cloud.pipes.tolerances import BAND, NEAR
 from simplexmesh.cloud.pipes.tracing.segmenting import segmented
 from simplexmesh.cloud.pipes.tracing.start import Beginning, beginning
-from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
+from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings, within
 from simplexmesh.cloud.pipes.tracing.tracking import JUMP, Track
 from simplexmesh.numerics import scan_lines
 
@@ -116,6 +116,8 @@ def followed(found: Beginning) -> tuple[Chain, Array, float, tuple[str, str]]:
         ended = chain.begun(chain.reaches[-1] / norm(chain.corners[1] - chain.corners[-2]))
     else:
         ended = with_ends(near, chain, deviation, bends=True)
+    if ended.are_short.any() and not ended.closed:  # where another pipe crosses
+        ended = without_short_bends(ended, found.point)
     if len(ended.bend_radii) != len(chain.bend_radii):
         ended, deviation = refined(near, ended)
         ended = with_ends(near, ended, deviation)
@@ -216,10 +218,8 @@ def on_line(chain: Chain, tree: cKDTree, band: float) -> tuple[Indices, Array]:
     """Return which points of the cloud are within a distance of a chain, and between its ends, and their distances."""
     r = float(chain.radii.max())
     places = chain.at(np.arange(0, chain.stations[-1] + r, r))[0]
-    near = np.zeros(tree.n, bool)
-    for found in tree.query_ball_point(places, 1.2 * r + band):
-        near[found] = True
-    at = np.flatnonzero(near)
-    feet = chain.feet(np.asarray(tree.data)[at])
+    points = np.asarray(tree.data)
+    at = np.flatnonzero(within(points, places, 1.2 * r + band))
+    feet = chain.feet(points[at])
     fine = (feet.station >= 0) & (feet.station <= chain.stations[-1]) & (np.abs(feet.distance) < band)
     return at[fine], feet.distance[fine]

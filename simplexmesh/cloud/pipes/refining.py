@@ -93,7 +93,7 @@ def held(around: Surroundings, chain: Chain) -> Mask:
 def fitted(around: Surroundings, chain: Chain, points: Array, loss_scale: float) -> Chain:
     """Return the chain of least distance from points; as it is where it would fold up."""
     found = solve(chain, points, fixed=held(around, chain), loss_scale=loss_scale, tolerance=TOLERANCE)
-    short = found.bends_are_short and not chain.bends_are_short
+    short = found.are_short.any() and not chain.are_short.any()
     folds = short or (dot(found.directions, chain.directions) < 0.5).any()
     return chain if folds or (found.angles > np.maximum(MOST_ANGLE, chain.angles)).any() else found
 

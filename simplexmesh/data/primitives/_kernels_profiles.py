@@ -12,7 +12,7 @@ import numpy as np
 from simplexmesh._base._kernels_both import FAST
 from simplexmesh._base._kernels_njit import LEAN, njit
 from simplexmesh._base.arrays import Array
-from simplexmesh.numerics._kernels_vectors import cross_product, unit
+from simplexmesh.numerics._kernels_vectors import cross_product, plus, row, unit
 
 jit = njit(cache=True, error_model="numpy", fastmath=FAST)
 lean = njit(**LEAN)
@@ -31,11 +31,38 @@ class Revolution(NamedTuple):
 
 
 @njit(cache=True, error_model="numpy")
-def across(axis):
-    """Return two directions (2, 3) across an axis: as `tangents` of stacks, but many times as fast for one."""
+def framed(axis):
+    """Return the frame (3, 3) about an axis, last: as `tangents` of stacks, but many times as fast for one."""
     x, y, z = axis[0], axis[1], axis[2]
     first = unit((1.0 - x * x, -x * y, -x * z) if abs(x) < 0.9 else (-y * x, 1.0 - y * y, -y * z))
-    return np.array((first, cross_product((x, y, z), first)))
+    return np.array((first, cross_product((x, y, z), first), (x, y, z)))
+
+
+@jit
+def possible(kind, shape):
+    """Return whether a primitive of a kind may have these measures."""
+    if kind == TAPER:
+        return 0.0 < shape[0] < math.inf and abs(shape[1]) < math.pi / 2
+    for k in range(len(shape)):
+        if not 0.0 < shape[k] < math.inf:
+            return False
+    return shape[0] < math.pi / 2 if kind == CONE else kind != TORUS or shape[1] <= shape[0]
+
+
+@njit(cache=True, error_model="numpy")
+def moved(surface, moves, step):
+    """Return a surface moved by a step (p,) in its chart, to measures that may be impossible."""
+    kind, origin, frame, shape = surface
+    motion, there, measures = np.zeros(5), np.zeros(3), shape.copy()
+    for k in range(5):
+        if moves[k] >= 0:
+            motion[k] = step[moves[k]]
+    tilted = plus(plus(row(frame, 2), row(frame, 0), motion[0]), row(frame, 1), motion[1])
+    for a in range(3):
+        there[a] = origin[a] + motion[2] * frame[0, a] + motion[3] * frame[1, a] + motion[4] * frame[2, a]
+    for k in range(len(shape)):
+        measures[k] += step[len(step) - len(shape) + k]
+    return Revolution(kind, there, framed(unit(tilted)), measures)
 
 
 @lean
@@ -124,8 +151,8 @@ def fill_rows(surface, moves, points, rows):
 def normal_equations(surface, moves, points, weights, loss_scale, matrix, downhill):
     """Add to the normal matrix (p, p) and the downhill vector (p,) of the chart; return the cost.
 
-    `moves` (5,) are the columns of two tilts, two shifts across and one along the axis, -1 where there is none, and
-    those of the measures of the shape follow. No weights are all 1; an infinite scale is no loss.
+    `moves` are the columns of two tilts, two shifts across and one along the axis, -1 where there is none, and those of
+    the measures of the shape come last. No weights are all 1; an infinite scale is no loss.
     """
     p = len(downhill)
     row = np.zeros(p)

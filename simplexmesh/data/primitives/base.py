@@ -67,8 +67,8 @@ class Primitive:
     per_point: ClassVar[int] = 1
     """How many distances a point has from it."""
 
-    _code: ClassVar[int]
-    """The kind as kernels know it."""
+    _code: ClassVar[int] = -1
+    """The kind as kernels know it; -1 of those with distances of their own."""
 
     _least_slope: ClassVar[float] = -np.inf
     """Of the distance along a normal, with which a vertex goes on."""
@@ -118,6 +118,11 @@ class Primitive:
     def _shape(self) -> tuple[float, ...]:
         """The measures besides the pose."""
         return tuple(getattr(self, name) for name in self._names()[2:])
+
+    @property
+    def _is_possible(self) -> bool:
+        """Whether there is a primitive of this kind and these measures."""
+        return bool(kernels.possible(self._code, np.array(self._shape, float)))
 
     def _with(self, origin: Array, axis: Array, *shape: Any) -> Self:
         """Return another one of this kind, without a fit."""
@@ -256,13 +261,8 @@ class Primitive:
 
     def stepped(self, step: ArrayLike) -> Self:
         """Return it with its parameters moved by a step (p,): tilts of the axis, shifts, measures."""
-        step = np.asarray(step, float)
-        motion = np.zeros(6)
-        motion[list(self._moves)] = step[: len(self._moves)]
-        origin, axis = self._pose
-        axis = axis + motion[:2] @ self.frame[:2]
-        measures = np.asarray(self._shape) + step[len(self._moves) :]
-        return self._with(origin + motion[2:5] @ self.frame, axis, *measures.tolist())
+        there = kernels.moved(self._surface, self._columns(), np.asarray(step, float))
+        return self._with(there.origin, there.frame[2], *there.shape.tolist())
 
     def sampled(self, count: int, *, rng: np.random.Generator | int = 0) -> PointCloud:
         """Return points spread evenly at random over the part within the extent, of surfaces with their normals."""
@@ -318,8 +318,8 @@ class Primitive:
 
     def _across(self) -> Array:
         """Return two directions (2, 3) across the axis."""
-        directions: Array = kernels.across(self._pose[1])
-        return directions
+        frame: Array = kernels.framed(self._pose[1])
+        return frame[:2]
 
     def _scaled(self, scale: float) -> tuple[float, ...]:
         """Return the measures of the shape when lengths are scaled."""
@@ -350,8 +350,8 @@ class Primitive:
     @classmethod
     @cache
     def _columns(cls) -> Indices:
-        """Return the parameters (5,) that are the motions of the frame, -1 where there is none."""
-        columns = np.full(5, -1)
+        """Return the parameters (6,) that are the motions of the frame, -1 where there is none."""
+        columns = np.full(6, -1)
         columns[list(cls._moves)] = range(len(cls._moves))
         return checks.frozen(columns)
 

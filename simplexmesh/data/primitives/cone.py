@@ -45,7 +45,7 @@ class Cone(Primitive):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.half_angle >= np.pi / 2:
+        if not self._is_possible:
             raise ValueError(f"half_angle must be below pi / 2, in radians, not {self.half_angle:g}")
 
     def _scaled(self, scale: float) -> tuple[float, ...]:

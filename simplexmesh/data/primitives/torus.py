@@ -49,7 +49,7 @@ class Torus(Primitive):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.tube_radius > self.radius:
+        if not self._is_possible:
             raise ValueError(f"tube_radius must be at most the radius, {self.radius:g}, not {self.tube_radius:g}")
 
     def _coordinate(self, rho: Array, z: Array) -> Array:

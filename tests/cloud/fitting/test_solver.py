@@ -9,7 +9,7 @@ from scipy.optimize import least_squares
 
 from simplexmesh.cloud.fitting import solver
 from simplexmesh.cloud.fitting.taper import Taper
-from simplexmesh.data.primitives import Cone, Cylinder
+from simplexmesh.data.primitives import Cone, Cylinder, Torus
 from tests.cloud.fitting.clouds import PRIMITIVES, SURFACES, exact, noisy, same
 
 every = pytest.mark.parametrize("kind", PRIMITIVES)
@@ -129,6 +129,49 @@ def test_the_loss_is_least(kind):
     for step in np.diag(1e-3 / np.sqrt(np.diagonal(matrix))):
         up, down = cost(found.stepped(step)) - cost(found), cost(found.stepped(-step)) - cost(found)
         assert abs(up - down) < 0.05 * (up + down)
+
+
+@pytest.mark.parametrize("kind", SURFACES)
+@pytest.mark.parametrize("loss", [None, 0.05])
+@pytest.mark.parametrize("held", [False, True])
+@pytest.mark.parametrize("iterations", [1, 3, 30])
+def test_descents_of_kernels_are_those_of_all(kind, loss, held, iterations):
+    """Also where the first steps go up, from starts that are far off."""
+    primitive, points = noisy(kind)
+    fixed = np.arange(primitive.n_parameters) == 1 if held else None
+    for far in (1.0, 8.0):
+        start = primitive.stepped(np.minimum(far * STEP[: primitive.n_parameters], 0.3))
+        settings = (points, None, loss), fixed, iterations, (1e-10, 1e-20)
+        found, twin = solver.surface_descended(start, *settings), solver.descended(start, *settings)
+        assert_allclose(found.distance(points), twin.distance(points), atol=1e-7)
+        assert iterations < 30 or not same(found, start, 1e-3)
+
+
+@pytest.mark.parametrize(
+    ("start", "radii"), [(Torus([0, 0, 0], [0, 0, 1], 1.2, 0.8), (0.7, 1.0)), (Cone([0, 0, 0], [0, 0, 1], 1.5), (9, 1))]
+)
+def test_steps_to_no_primitive_are_refused(start, radii):
+    """As to a torus whose tube is wider than its ring, and to a cone that opens backward."""
+    u, v = np.random.default_rng(0).uniform(0, 2 * np.pi, (2, 300))
+    rho, z = radii[0] + radii[1] * np.cos(v), radii[1] * np.sin(v)
+    points = np.column_stack([rho * np.cos(u), rho * np.sin(u), z if start.kind == "torus" else -0.3 * rho])
+    settings = (points, None, None), None, 30, (1e-10, 1e-20)
+    found, twin = solver.surface_descended(start, *settings), solver.descended(start, *settings)
+    assert found.distance(points) @ found.distance(points) < start.distance(points) @ start.distance(points)
+    assert_allclose(found.distance(points), twin.distance(points), atol=1e-6)
+
+
+def test_steps_of_damping_solve_the_equations():
+    rows = np.random.default_rng(0).normal(size=(20, 7))
+    rows[:, 3] = 0.0
+    matrix, downhill, free = rows.T @ rows, rows.T @ np.ones(20), np.arange(7) != 5
+    step = np.ones(7)
+    assert solver.kernels.fill_step(matrix, downhill, 0.1, free, step)
+    kept = free & (np.arange(7) != 3)
+    twin = np.linalg.solve((matrix + 0.1 * np.diag(np.diagonal(matrix)))[kept][:, kept], downhill[kept])
+    assert_allclose(step[kept], twin, rtol=1e-12)
+    assert (step[~kept] == 0).all()
+    assert not solver.kernels.fill_step(np.full((7, 7), np.nan), downhill, 0.1, free, step)
 
 
 @pytest.mark.parametrize("loss", [None, 0.5])

@@ -238,8 +238,8 @@ def test_fits_that_leave_no_room_for_bends_are_refused(monkeypatch):
     """A bend tighter than the pipe is no torus."""
     corners = np.array([[0, 0, 0], [9, 0, 0], [9, 6, 0], [18, 6, 0.0]])
     start, short = (chain_of(corners * [1, share, 1], [1.0, 1.0], 1.0).fitting() for share in (1, 0.1))
-    assert short.bends_are_short
-    assert not start.bends_are_short
+    assert short.are_short.any()
+    assert not start.are_short.any()
     points = np.zeros((1, 3))
     monkeypatch.setattr(refining, "solve", lambda *_, **__: short)
     assert refining.fitted(Surroundings(points, 1.0), start, points, 0.1) is start

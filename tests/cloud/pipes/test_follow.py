@@ -68,6 +68,25 @@ class TestBends:
         assert_allclose(one.elements[1].bend_radius, other.elements[1].bend_radius, rtol=0.01)
         assert_allclose(one.chain.radii, other.chain.radii, rtol=2e-4)
 
+    @pytest.mark.parametrize("seed", [0, 2, 6])
+    @pytest.mark.parametrize("station", [3.0, 5.0, 5.8])
+    def test_too_tight_for_the_pipe_are_none(self, seed, station):
+        """Where another of the same radius crosses its end, half a radius off its axis."""
+        rng = np.random.default_rng(seed)
+        picked, other = (
+            chain_of([[0, 0, 0], [7, 0, 0]], [], 1.0),
+            chain_of([[7.5, -2.8, 0.5], [7.5, 5.3, 0.5]], [], 1.0),
+        )
+        own, beyond = (sampled(each, rng, 48.0, 0.001, np.array([0.0, 0.0, 1.0]), 360.0)[0] for each in (picked, other))
+        outside = (picked.distance(beyond) > -0.01) | (beyond[:, 0] > 7)
+        points = np.concatenate([own[other.distance(own) > -0.01], beyond[outside]])
+        line = sm.follow_pipe(points, [station, 0, 1])
+        longest = max(line.elements, key=lambda element: element.length)
+        assert_allclose(longest.radius, 1, rtol=0.003)
+        assert_allclose(np.abs(longest.primitive.axis), [1, 0, 0], atol=0.01)
+        assert 5 < longest.length < 7
+        assert all(element.bend_radius is None or element.bend_radius > 0.999 for element in line.elements)
+
     def test_in_which_a_line_ends_have_the_angle_that_is_seen(self):
         chain = elbow(4.0)
         end = chain.stations[2] - 1.0

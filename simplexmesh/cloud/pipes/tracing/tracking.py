@@ -8,17 +8,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from itertools import takewhile
+from statistics import median
 from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices
-from simplexmesh._base.vectors import norm, normalized, tangents
+from simplexmesh._base.vectors import norm, normalized
 from simplexmesh.cloud.pipes.tolerances import ALIKE, MEETING, SHORT, SLIGHT
 from simplexmesh.cloud.pipes.tracing import _kernels_tracing
 from simplexmesh.cloud.pipes.tracing._kernels_tracing import STEP
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
+from simplexmesh.data.primitives._kernels_profiles import framed
 from simplexmesh.numerics.round_fits import between_axes
 
 SPREAD = 0.05
@@ -109,7 +111,7 @@ def settled(around: Surroundings, point: Array, direction: Array) -> Step | None
 def located(around: Surroundings, point: Array, direction: Array) -> Step | None:
     """Return the step at a foreseen place: the axis there, as a parabola through the moved points."""
     at = around.near(point, 1.7 * around.radius)
-    frame, found = np.stack([*tangents(direction), direction]), np.zeros(6)
+    frame, found = framed(direction), np.zeros(6)
     seen = around.points[at], around.normals(at)
     support, spread, excess = _kernels_tracing.fill_step(*seen, point, frame, around.radius, found)
     return Step(found[:3], normalized(found[3:]), support, spread, excess) if support else None
@@ -136,7 +138,7 @@ def _followed(around: Surroundings, steps: list[Step], jump: float) -> tuple[lis
 def _goes_on(steps: list[Step], step: Step, r: float) -> bool:
     """Whether a step is on the same pipe as those before."""
     last = steps[-1]
-    usual = float(np.median([s.support for s in steps[-20:]]))
+    usual = median(s.support for s in steps[-20:])
     onward = (step.point - last.point) @ last.direction
     wider = step.excess - _usual_excess(steps)
     return bool(
@@ -150,7 +152,7 @@ def _goes_on(steps: list[Step], step: Step, r: float) -> bool:
 
 def _usual_excess(steps: list[Step]) -> float:
     """Return by how much the pipe is wider than foreseen, so far."""
-    return float(np.median([s.excess for s in steps[-20:]]))
+    return median(s.excess for s in steps[-20:])
 
 
 def _beyond(around: Surroundings, steps: list[Step], jump: float) -> list[Step]:
@@ -166,7 +168,7 @@ def _beyond(around: Surroundings, steps: list[Step], jump: float) -> list[Step]:
         return []
     at = at[:: -(-len(at) // MOST_GATHERED)]
     found: list[tuple[float, list[Step]]] = []
-    usual, excess = float(np.median([s.support for s in steps[-20:]])), _usual_excess(steps)
+    usual, excess = median(s.support for s in steps[-20:]), _usual_excess(steps)
     for place, direction in _gatherings(around, at, last):
         if any(norm(np.array([s.point for s in part]) - place).min() < r for _, part in found):
             continue
