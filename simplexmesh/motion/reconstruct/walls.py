@@ -1,4 +1,4 @@
-"""Walls of which a model is only one sheet: the outer one, with data inside, or one on or between two layers of data."""
+"""Walls of which a model is only one sheet: the outer one, with data inside, or one of two layers of data."""
 
 from __future__ import annotations
 
