@@ -19,6 +19,7 @@ from simplexmesh.motion.model.untangle import Tangles, untangled, with_membrane
 from simplexmesh.motion.reconstruct.outer_side import border_width
 from simplexmesh.motion.reconstruct.result import LEAST_BARE, Distance, Summary
 from simplexmesh.motion.reconstruct.run import Run
+from simplexmesh.motion.reconstruct.walls import walls_message
 from simplexmesh.motion.start.primitives import PRIMITIVES
 from simplexmesh.motion.start.report import FAR
 from simplexmesh.motion.targets.protocol import Target
@@ -174,8 +175,9 @@ def measure(run: Run) -> None:
     lid = run.options.holes == "open" and has_lid(run.target, mesh, run.bare)
     off = 0.0 if lid else float((away > limit).mean())
     _warn_of_poor_fit(run, off, float(((missing > limit) & ~enclosed).mean()))
-    if enclosed.mean() > MOST_MISSED and not run.data.layered:  # of volumes, cavities that were filled are told
-        warn(f"{enclosed.mean():.0%} of the data is inside of the model, as inner walls and stray points are")
+    walls = not mesh.n_holes and not run.data.layered  # of volumes, cavities that were filled are told
+    if message := walls_message(points, missing, mesh) if walls else "":
+        warn(message)
     _warn_of_topology(run, lid=lid)
     run.report(1.0, "done")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import json
 import re
+import warnings
 
 import numpy as np
 import pytest
@@ -153,6 +154,22 @@ def test_triangles_are_repaired_or_refused():
     fin = np.concatenate([ball.faces, [[ball.faces[0, 0], ball.faces[0, 1], ball.faces[-1, 2]]]])
     with pytest.raises(sm.TopologyError, match=r"edge .* has 3: [\d, ]+$"):
         sm.reconstruct((ball.vertices, fin), vertices=400)
+
+
+@pytest.mark.parametrize("least", [-2.0, -0.01])
+def test_arrays_of_stl_are_reconstructed_as_the_triangles_that_they_are(least):
+    """Their triangles share no vertices: each was a border, a box had open models and half a ball tangled ones."""
+    ball = sm.sphere(8).triangulated()
+    corners = ball.vertices[ball.faces]
+    corners = corners[(corners[:, :, 2] > least).all(axis=1)]
+    soup = corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "the data is an open surface")
+        model = sm.reconstruct(soup, vertices=600, creases="none")
+    assert (model.mesh.n_holes, model.tangled, model.strayed) == (int(least > -1), 0, 0)
+    assert model.mesh.area == pytest.approx(sm.TriangleMesh(*soup).area, rel=0.03)
+    small = sm.decimate(soup, vertices=200).mesh
+    assert (small.n_vertices, small.n_components, small.n_holes) == (200, 1, int(least > -1))
 
 
 def test_bodies_that_touch_at_an_edge_are_reconstructed_from_points_on_them():
