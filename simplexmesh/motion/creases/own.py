@@ -20,10 +20,11 @@ from simplexmesh.motion.creases.evidence import evidence
 from simplexmesh.motion.creases.line import CreaseLine
 from simplexmesh.motion.creases.lines import resolution
 from simplexmesh.motion.creases.opening import OpenedTriangles
-from simplexmesh.motion.creases.paths import on_paths
+from simplexmesh.motion.creases.paths import Path, on_paths
 from simplexmesh.motion.creases.sharpening import PERTURBATION, Sharpened
 from simplexmesh.motion.creases.unfolding import unfolded
 from simplexmesh.motion.model.state import mean_edge
+from simplexmesh.motion.model.untangle import Tangles, untangled
 from simplexmesh.motion.targets.triangles import Triangles, surface_distance
 from simplexmesh.motion.topology.face_regions import dilated
 from simplexmesh.surface.features.coarsened import EVENNESS
@@ -69,7 +70,7 @@ def model_along(target: Triangles, points: Array, count: int, report: Progress) 
     cut = cut_along(network, FINER * edge)
     if cut.corners > count / 2 or cut.surface.n_faces > MOST_TRIANGLES:
         return None
-    found, tangled = _least_tangled(cut, count, target, report)
+    found, tangled = _released(_least_tangled(cut, count, target, report))
     fits = abs(found.mesh.n_vertices / count - 1) < MOST_OFF and tangled <= MOST_TANGLED * count
     away = surface_distance(points, *fan(found.mesh.vertices, found.mesh.connectivity))
     return (found, tangled) if fits and away.mean() < FARTHEST * edge else None
@@ -84,8 +85,8 @@ def _touches_itself(surface: TriangleMesh) -> bool:
     return int(vertex_fans(surface.faces, mates).max()) + 1 > len(np.unique(surface.faces))
 
 
-def _least_tangled(cut: CutSurface, count: int, target: Triangles, report: Progress) -> tuple[Sharpened, int]:
-    """Return a model along the lines of a surface, and how many of its vertices are tangled.
+def _least_tangled(cut: CutSurface, count: int, target: Triangles, report: Progress) -> Sharpened:
+    """Return a model along the lines of a surface.
 
     It is made again with more vertices where they are, until none is or some attempts are done.
     """
@@ -99,7 +100,7 @@ def _least_tangled(cut: CutSurface, count: int, target: Triangles, report: Progr
         creased = on_paths(opened.paths, opened.count)
         mesh = opened.mesh().with_data(crease=creased.astype(np.uint8))
         rows = np.flatnonzero(~creased)
-        mesh = _unfolded(mesh, rows, parts, parts.of(coarse)[rows])
+        mesh = _unfolded(mesh, opened.paths, rows, parts, parts.of(coarse)[rows])
         tangled = tangled_vertices(mesh)
         if best is None or tangled.sum() < fewest:
             best, fewest = Sharpened(mesh, target, opened.paths), int(tangled.sum())
@@ -109,7 +110,21 @@ def _least_tangled(cut: CutSurface, count: int, target: Triangles, report: Progr
         weights[np.isfinite(away)] *= DEARER
         cut = cut.without_strips(np.isfinite(away), NARROW * mean_edge(mesh))
     assert best is not None
-    return best, fewest
+    return best
+
+
+def _released(found: Sharpened) -> tuple[Sharpened, int]:
+    """Return a model with less on its lines, moved as smooth ones are, where it is tangled, and how much still is."""
+    mesh, creased = found.mesh, on_paths(found.paths, found.mesh.n_vertices)
+    for rings in (0, 1, 2, 4):
+        tangled = tangled_vertices(mesh)
+        if not tangled.any():
+            break
+        creased = creased & ~dilated(tangled, mesh.neighbors, rings)
+        mesh = mesh.with_data(crease=creased.astype(np.uint8))
+        mesh = untangled(Tangles(mesh), found.target, reach=2 * mean_edge(mesh)).mesh
+    pieces = [piece for path in found.paths for piece in path.pieces(creased)]
+    return Sharpened(mesh, found.target, pieces), int(tangled_vertices(mesh).sum())
 
 
 class Parts:
@@ -136,7 +151,7 @@ class Parts:
         return out
 
 
-def _unfolded(mesh: SimplexMesh, rows: Indices, parts: Parts, part: Indices) -> SimplexMesh:
+def _unfolded(mesh: SimplexMesh, paths: list[Path], rows: Indices, parts: Parts, part: Indices) -> SimplexMesh:
     """Return a mesh with some vertices (k,) on the parts (k,) that they are of, moved on these so that faces unfold."""
 
     def laid(mesh: SimplexMesh) -> SimplexMesh:
@@ -146,12 +161,12 @@ def _unfolded(mesh: SimplexMesh, rows: Indices, parts: Parts, part: Indices) -> 
         vertices[rows] = parts.nearest(vertices[rows], part)
         return mesh.moved(vertices)
 
-    mesh, free = laid(mesh), np.isin(np.arange(mesh.n_vertices), rows)
+    mesh = laid(mesh)
     tangled = tangled_vertices(mesh)
     for rings in (1, 2, 3):
         if not tangled.any():
             break
-        other = laid(unfolded(mesh, dilated(tangled, mesh.neighbors, rings) & free, even=False))
+        other = laid(unfolded(mesh, dilated(tangled, mesh.neighbors, rings), paths, even=False))
         still = tangled_vertices(other)
         if still.sum() < tangled.sum():
             mesh, tangled = other, still

@@ -226,7 +226,7 @@ def _moved_onto(scene: Scene, paths: Sequence[Path], creased: Mask) -> tuple[Sim
         tangled = tangled_vertices(now)
         if not tangled.any():
             break
-        other = unfolded(now, dilated(tangled, mesh.neighbors, rings) & ~creased)
+        other = unfolded(now, dilated(tangled, mesh.neighbors, rings), paths)
         now = other if tangled_vertices(other).sum() < tangled.sum() else now
     return now, sided
 
@@ -242,10 +242,7 @@ def _released(scene: Scene, mesh: SimplexMesh, target: Sided, creased: Mask) -> 
         creased = creased & ~near
         mesh = mesh.moved(np.where(near[:, None], scene.mesh.vertices, mesh.vertices))
         mesh = mesh.with_data(crease=creased.astype(np.uint8))
-        if tangled_vertices(mesh).any():
-            out = untangled(Tangles(mesh), target, reach=2 * scene.edge).mesh
-            creased &= (out.vertices == mesh.vertices).all(axis=1)
-            mesh = out.with_data(crease=creased.astype(np.uint8))
+        mesh = untangled(Tangles(mesh), target, reach=2 * scene.edge).mesh
     return mesh, creased
 
 

@@ -12,7 +12,7 @@ from scipy.sparse.linalg import spsolve
 
 from simplexmesh._base.arrays import Array, Indices, Indices32, Mask
 from simplexmesh._base.errors import DivergedError, warn
-from simplexmesh.mesh.check import tangled_with
+from simplexmesh.mesh.check import creased_vertices, tangled_with
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.mesh.triangles.self_intersection import self_intersections
@@ -135,7 +135,7 @@ def with_membrane(mesh: SimplexMesh, zone: Mask) -> SimplexMesh:
 
 def _smoothed(tangles: Tangles, target: Target, reach: float, attempt: int) -> Tangles:
     """Return the mesh with its tangled regions relaxed without data, then fitted again, stiffer with each attempt."""
-    marked = dilated(tangles.vertices, tangles.mesh.neighbors, 2 + attempt)
+    marked = dilated(tangles.vertices, tangles.mesh.neighbors, 2 + attempt) & ~_creased(tangles.mesh)
     part, rows = excerpt(tangles.mesh, dilated(marked, tangles.mesh.neighbors, 3 + attempt))
     free = marked[rows].astype(float)
     relaxing = DeformableModel(part, alpha=0.5 * free, damping=1.0, constraint="orientation")
@@ -158,6 +158,12 @@ def _smoothed(tangles: Tangles, target: Target, reach: float, attempt: int) -> T
         warn(f"an attempt at untangling was given up: {error}")
         return tangles
     return tangles.improved(_with_rows(tangles.mesh, rows, refitting.mesh), marked)
+
+
+def _creased(mesh: SimplexMesh) -> Mask:
+    """Return the vertices (n,) on creases, which stay there."""
+    marks = creased_vertices(mesh)
+    return np.zeros(mesh.n_vertices, bool) if marks is None else marks
 
 
 def _with_rows(mesh: SimplexMesh, rows: Indices, part: SimplexMesh) -> SimplexMesh:
@@ -184,7 +190,7 @@ def _blended_with_start(tangles: Tangles, start: SimplexMesh | None) -> Tangles:
 def _refitted(tangles: Tangles, before: SimplexMesh, target: Target, reach: float) -> Tangles:
     """Return the mesh with the vertices moved since `before` fitted to the data again, except where that tangles."""
     neighbors = tangles.mesh.neighbors
-    marked = dilated((tangles.mesh.vertices != before.vertices).any(axis=1), neighbors, 1)
+    marked = dilated((tangles.mesh.vertices != before.vertices).any(axis=1), neighbors, 1) & ~_creased(before)
     for _ in range(4):
         part, rows = excerpt(tangles.mesh, dilated(marked, neighbors, 1))
         free = marked[rows].astype(float)
