@@ -20,7 +20,7 @@ from simplexmesh.motion.creases.evidence import evidence
 from simplexmesh.motion.creases.line import CreaseLine
 from simplexmesh.motion.creases.lines import resolution
 from simplexmesh.motion.creases.opening import OpenedTriangles
-from simplexmesh.motion.creases.paths import Path, on_paths
+from simplexmesh.motion.creases.paths import on_paths
 from simplexmesh.motion.creases.sharpening import PERTURBATION, Sharpened
 from simplexmesh.motion.creases.unfolding import unfolded
 from simplexmesh.motion.model.state import mean_edge
@@ -33,7 +33,7 @@ from simplexmesh.surface.features.feature_lines import feature_lines
 FINER = 1.5
 """Longest edge of the triangles that are coarsened, in roots of the area of a vertex of the model."""
 
-ATTEMPTS, DEARER, AROUND = 6, 4.0, 1.5
+ATTEMPTS, DEARER, AROUND = 3, 4.0, 1.5
 """How often a model that folds is made again, with vertices that many times as dear within some edges of the folds."""
 
 NARROW = 0.25
@@ -42,8 +42,8 @@ NARROW = 0.25
 MOST_OFF = 0.1
 """Share by which the number of vertices may differ from the one asked for."""
 
-MOST_TANGLED, HOPELESS = 0.01, 0.05
-"""Share of vertices on folded faces up to which a model is taken, and from which it is given up after two attempts."""
+MOST_TANGLED = 0.01
+"""Share of vertices on folded faces up to which a model is taken."""
 
 FARTHEST = 0.03
 """Mean distance of the points from a model, in roots of the area of a vertex, up to which it is taken."""
@@ -100,11 +100,11 @@ def _least_tangled(cut: CutSurface, count: int, target: Triangles, report: Progr
         creased = on_paths(opened.paths, opened.count)
         mesh = opened.mesh().with_data(crease=creased.astype(np.uint8))
         rows = np.flatnonzero(~creased)
-        mesh = _unfolded(mesh, opened.paths, rows, parts, parts.of(coarse)[rows])
+        mesh = _unfolded(mesh, rows, parts, parts.of(coarse)[rows])
         tangled = tangled_vertices(mesh)
         if best is None or tangled.sum() < fewest:
             best, fewest = Sharpened(mesh, target, opened.paths), int(tangled.sum())
-        if not fewest or (attempt and fewest > HOPELESS * count):
+        if not fewest:
             break
         away = cKDTree(mesh.vertices[tangled]).query(vertices, distance_upper_bound=AROUND * mean_edge(mesh))[0]
         weights[np.isfinite(away)] *= DEARER
@@ -151,7 +151,7 @@ class Parts:
         return out
 
 
-def _unfolded(mesh: SimplexMesh, paths: list[Path], rows: Indices, parts: Parts, part: Indices) -> SimplexMesh:
+def _unfolded(mesh: SimplexMesh, rows: Indices, parts: Parts, part: Indices) -> SimplexMesh:
     """Return a mesh with some vertices (k,) on the parts (k,) that they are of, moved on these so that faces unfold."""
 
     def laid(mesh: SimplexMesh) -> SimplexMesh:
@@ -161,12 +161,12 @@ def _unfolded(mesh: SimplexMesh, paths: list[Path], rows: Indices, parts: Parts,
         vertices[rows] = parts.nearest(vertices[rows], part)
         return mesh.moved(vertices)
 
-    mesh = laid(mesh)
+    mesh, free = laid(mesh), np.isin(np.arange(mesh.n_vertices), rows)
     tangled = tangled_vertices(mesh)
     for rings in (1, 2, 3):
         if not tangled.any():
             break
-        other = laid(unfolded(mesh, dilated(tangled, mesh.neighbors, rings), paths, even=False))
+        other = laid(unfolded(mesh, dilated(tangled, mesh.neighbors, rings) & free, even=False))
         still = tangled_vertices(other)
         if still.sum() < tangled.sum():
             mesh, tangled = other, still

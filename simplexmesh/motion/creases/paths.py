@@ -12,7 +12,7 @@ from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices, Mask
-from simplexmesh._base.vectors import norm, normalized
+from simplexmesh._base.vectors import norm
 from simplexmesh.mesh.paths import refusal_of_path
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.creases.corners import Corner, corners
@@ -195,14 +195,4 @@ def on_paths(paths: Sequence[Path], count: int) -> Mask:
     out = np.zeros(count, bool)
     for path in paths:
         out[path.vertices] = True
-    return out
-
-
-def tangents(mesh: SimplexMesh, paths: Sequence[Path]) -> Array:
-    """Return for vertices (n, 3) within paths the direction along them; zero for others, and where paths end."""
-    out = np.zeros((mesh.n_vertices, 3))
-    for path in paths:
-        places, inner = mesh.vertices[path.vertices], slice(None) if path.closed else slice(1, -1)
-        chords = np.roll(places, -1, axis=0) - np.roll(places, 1, axis=0)
-        out[path.vertices[inner]] = normalized(chords[inner])
     return out

@@ -226,7 +226,7 @@ def _moved_onto(scene: Scene, paths: Sequence[Path], creased: Mask) -> tuple[Sim
         tangled = tangled_vertices(now)
         if not tangled.any():
             break
-        other = unfolded(now, dilated(tangled, mesh.neighbors, rings), paths)
+        other = unfolded(now, dilated(tangled, mesh.neighbors, rings) & ~creased)
         now = other if tangled_vertices(other).sum() < tangled.sum() else now
     return now, sided
 

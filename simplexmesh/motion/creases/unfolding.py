@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from scipy.optimize import minimize
 from scipy.sparse import csr_array
 
 from simplexmesh._base.arrays import Array, Indices, Mask
-from simplexmesh._base.vectors import cross, dot, norm, normalized
+from simplexmesh._base.vectors import cross, dot, normalized
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.face_geometry import face_normals
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.creases.paths import Path, on_paths, tangents
 
 LEAST = 0.3
 """Area of a triangle, in means of those of its kind, above which it is let be."""
@@ -25,19 +22,15 @@ HELD = 0.03
 """Weight of squared moves, in roots of mean areas."""
 
 
-def unfolded(mesh: SimplexMesh, near: Mask, paths: Sequence[Path], *, even: bool = True) -> SimplexMesh:
+def unfolded(mesh: SimplexMesh, free: Mask, *, even: bool = True) -> SimplexMesh:
     """Return a mesh with some vertices (n,) moved little, so that their faces, and their neighbors, turn one way.
 
-    Those on paths move along these, and their ends stay. Triangles between sides and centers of faces, and those of the
-    neighbors of moved vertices, get areas of at least a share of the mean, of each face alone and in proportion to
-    their sides if they are not `even`, seen along the normals that the faces have now.
+    Triangles between sides and centers of faces, and those of the neighbors of free vertices, get areas of at least a
+    share of the mean, of each face alone if they are not `even`, seen along the normals that the faces have now.
     """
-    c, ways = mesh.connectivity, tangents(mesh, paths)
-    rows = np.flatnonzero(near & (ways.any(axis=1) | ~on_paths(paths, mesh.n_vertices)))
+    c, rows = mesh.connectivity, np.flatnonzero(free)
     if not len(rows):
         return mesh
-    ways = ways[rows]
-    slides = ways.any(axis=1, keepdims=True)
     faces = np.unique(c.vertex_faces[rows]).astype(np.int64)
     corners, of = _triangles(c, faces, mesh.neighbors[rows].astype(np.int64))
     across = face_normals(mesh.vertices, c.face_vertices, c.face_offsets)
@@ -55,25 +48,20 @@ def unfolded(mesh: SimplexMesh, near: Mask, paths: Sequence[Path], *, even: bool
     else:
         of_face = np.bincount(of, whole[: len(of)]) / np.bincount(of)
         around = of_face[np.searchsorted(faces, c.vertex_faces[rows])].mean(axis=1)
-        sides = norm((corners[2] @ places - corners[1] @ places)[: len(of)])
-        share = sides / (np.bincount(of, sides) / np.bincount(of))[of]
-        whole = np.concatenate([of_face[of] * share, PER_VERTEX * around])
+        whole = np.concatenate([of_face[of], PER_VERTEX * around])
     length = float(np.sqrt(whole.mean()))
-
-    def allowed(moves: Array) -> Array:
-        return np.where(slides, dot(moves, ways)[:, None] * ways, moves)
 
     def cost(moves: Array) -> tuple[float, Array]:
         vertices = places.copy()
-        vertices[rows] += length * allowed(moves.reshape(-1, 3))
+        vertices[rows] += length * moves.reshape(-1, 3)
         area, by_q, by_r = areas(vertices)
         short = np.maximum(LEAST - area / whole, 0.0)
         pull = (-2 * length * short / whole)[:, None]
         slope = back[1] @ (pull * by_q) + back[2] @ (pull * by_r) - back[0] @ (pull * (by_q + by_r))
-        return (short**2).sum() + HELD * (moves**2).sum(), allowed(slope).ravel() + 2 * HELD * moves
+        return (short**2).sum() + HELD * (moves**2).sum(), slope.ravel() + 2 * HELD * moves
 
     found = minimize(cost, np.zeros(3 * len(rows)), jac=True, method="CG", options={"maxiter": 200})
-    places[rows] += length * allowed(found.x.reshape(-1, 3))
+    places[rows] += length * found.x.reshape(-1, 3)
     return mesh.moved(places)
 
 
