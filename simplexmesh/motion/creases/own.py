@@ -116,15 +116,19 @@ def _least_tangled(cut: CutSurface, count: int, target: Triangles, report: Progr
 def _released(found: Sharpened) -> tuple[Sharpened, int]:
     """Return a model with less on its lines, moved as smooth ones are, where it is tangled, and how much still is."""
     mesh, creased = found.mesh, on_paths(found.paths, found.mesh.n_vertices)
+    tangled = tangled_vertices(mesh)
+    best, fewest = found, int(tangled.sum())
     for rings in (0, 1, 2, 4):
-        tangled = tangled_vertices(mesh)
-        if not tangled.any():
+        if not fewest:
             break
         creased = creased & ~dilated(tangled, mesh.neighbors, rings)
         mesh = mesh.with_data(crease=creased.astype(np.uint8))
-        mesh = untangled(Tangles(mesh), found.target, reach=2 * mean_edge(mesh)).mesh
-    pieces = [piece for path in found.paths for piece in path.pieces(creased)]
-    return Sharpened(mesh, found.target, pieces), int(tangled_vertices(mesh).sum())
+        mesh = untangled(Tangles(mesh), found.target, reach=2 * mean_edge(mesh), rounds=3).mesh
+        tangled = tangled_vertices(mesh)
+        if tangled.sum() < fewest:
+            pieces = [piece for path in found.paths for piece in path.pieces(creased)]
+            best, fewest = Sharpened(mesh, found.target, pieces), int(tangled.sum())
+    return best, fewest
 
 
 class Parts:

@@ -65,6 +65,16 @@ def test_a_polyhedron_is_modeled_exactly(seed):
     assert np.median(away) < 1e-6
 
 
+@pytest.mark.parametrize("seed", [0, *nightly(7), 11])
+def test_where_steps_are_narrower_than_faces_only_those_leave_the_lines(seed):
+    surface = random_blocks(seed)
+    found, tangled = made(surface, 1500)
+    assert tangled == tangled_vertices(found.mesh).sum() <= 15
+    assert found.mesh.volume == pytest.approx(surface.volume, rel=3e-3)
+    true = sum(line.length for line in sm.feature_lines(surface).lines)
+    assert 0.7 < sum(line.length for line in found.creases()) / true < 1.001
+
+
 def test_vertices_on_lines_are_joined_along_them_and_three_meet_at_corners():
     surface = triangles(cube(1, 1, 1))
     opened = OpenedTriangles(*cut(surface, 0.3).coarsened(300, np.ones(cut(surface, 0.3).surface.n_vertices)))
