@@ -30,6 +30,9 @@ TOLERANCE = 1e-5
 SUPERFLUOUS = 8.0
 """Parameters of a corner, twice: the price of one is that of Schwarz' criterion with correlated noise."""
 
+Near = tuple[Array, Chain]
+"""Points near a chain, and the chain fitted to them."""
+
 
 def near_surface(around: Surroundings, chain: Chain, band: float) -> Indices:
     """Return which points are within a distance of the chain's surface, between its ends, and face as it does."""
@@ -125,31 +128,38 @@ def _free_motions(chain: Chain, fixed: Mask) -> Array:
 
 def simplified(around: Surroundings, chain: Chain) -> Chain:
     """Return the chain without corners that its points do not ask for: slight ones, and where two bends are one."""
-    k = 0
+    k, own = 0, None
     while k < len(chain.bend_radii):
         fewer = next(filter(None, (merge(chain, k) for merge in (_without_corner, _with_one_bend))), None)
         if fewer is None or fewer.closed != chain.closed:
             k += 1
             continue
-        better = cheaper(around, chain, fewer, SUPERFLUOUS)
-        chain, k = (chain, k + 1) if better is chain else (better, 0)
+        own = own or _fitted_to_near(around, chain)
+        better = cheaper(around, chain, fewer, SUPERFLUOUS, own)
+        chain, k, own = (chain, k + 1, own) if better is chain else (better, max(k - 2, 0), None)
     return chain
 
 
-def cheaper(around: Surroundings, chain: Chain, other: Chain, price: float) -> Chain:
+def cheaper(around: Surroundings, chain: Chain, other: Chain, price: float, own: Near | None = None) -> Chain:
     """Return the second of two chains, fitted again, if it costs less than the first and a price.
 
     Schwarz' criterion, with the number of points that the two tell apart: of the sums of squares and of fourth powers
-    of what they differ by.
+    of what they differ by. What `own` has of the first one is the same for every second one.
     """
-    points = around.points[near_surface(around, chain, BAND * around.radius)]
+    points, first = own or _fitted_to_near(around, chain)
     scale = LOOSE * around.radius / WITHIN
-    moved = [fitted(around, each, points, scale) for each in (chain, other)]
+    moved = first, fitted(around, other, points, scale)
     one, two = (each.distance(points) ** 2 for each in moved)
     costs = [float((square / (1 + square / scale**2)).sum()) for square in (one, two)]
     apart = np.abs(one - two)
     count = apart.sum() ** 2 / (apart**2).sum() if apart.any() else 1.0
     return moved[1] if len(points) * np.log(costs[1] / costs[0]) < price * np.log(count) else chain
+
+
+def _fitted_to_near(around: Surroundings, chain: Chain) -> Near:
+    """Return the points near a chain, and the chain fitted to them."""
+    points = around.points[near_surface(around, chain, BAND * around.radius)]
+    return points, fitted(around, chain, points, LOOSE * around.radius / WITHIN)
 
 
 def _without_corner(chain: Chain, i: int) -> Chain | None:

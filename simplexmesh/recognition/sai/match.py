@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices
+from simplexmesh._base.errors import warn
 from simplexmesh._base.vectors import normalized
 from simplexmesh.recognition.sai import _kernels_rotations
 from simplexmesh.recognition.sai._kernels_rotations import SignaturePair
@@ -22,6 +23,9 @@ from simplexmesh.recognition.sai.sphere_domain import SphereDomain, sphere_domai
 
 SCALES = (0.6, 0.77, 1.0, 1.3, 1.69)
 """Multiples of k that are tried if the scale is not given."""
+
+AREAS = 6.0
+"""Ratio of areas, for the share of the sphere, up to which one is taken for a part of the other."""
 
 
 def match(
@@ -73,7 +77,8 @@ def match(
     Warns
     -----
     SimplexMeshWarning
-        The objects differ in size, so that no rigid motion maps one to the other.
+        The objects differ in size, so that no rigid motion maps one to the other, or incomplete ones so much that their
+        matches are those of chance.
 
     References
     ----------
@@ -102,6 +107,9 @@ def match(
     table = rotations(sai_a.frequency, method)
     domain = sphere_domain(sai_a.frequency)
     hypotheses: list[_Hypothesis] = []
+    areas = scale_factor(sai_a, sai_b)
+    if min(sai_a.visible_fraction, sai_b.visible_fraction) <= COMPLETE and not 1 / AREAS < areas < AREAS:
+        warn(f"target is about {areas**-0.5:.3g} times as large as source: parts are compared in one unit")
     for factor, which in tried_scales(sai_a, sai_b, scale):
         a, b = scaled_signatures(sai_a, sai_b, factor, which, smoothing=smoothing, limit=limit)
         if not (a.seen.any() and b.seen.any()):

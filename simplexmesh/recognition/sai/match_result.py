@@ -110,7 +110,7 @@ def warn_of_sizes(found: tuple[Match, ...]) -> tuple[Match, ...]:
     """Return matches, after a warning if the objects differ in size in the best: signatures do not, motions do."""
     for best in found[:1]:
         target, source = (np.linalg.norm(each - each.mean(axis=0)) for each in (best.points_target, best.points_source))
-        ratio = float(target / source)
+        ratio = float(target / source) if source else np.inf
         if not 1 / SIZES[bool(best.scaled)] < ratio < SIZES[bool(best.scaled)]:
             warn(f"target is {ratio:.3g} times as large as source in the best match: T_target_source does not scale")
     return found

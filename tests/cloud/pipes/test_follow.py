@@ -11,8 +11,10 @@ from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
 import simplexmesh as sm
+from simplexmesh.cloud.pipes import refining
 from simplexmesh.cloud.pipes.chain import Chain, chain_of
 from simplexmesh.cloud.pipes.tracing.segmenting import segmented
+from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import Step, Track
 from tests.cloud.pipes.lines import meeting, random_line, sampled, unit
 from tests.cloud.scenes.line_scoring import line_score
@@ -408,6 +410,10 @@ class TestRefused:
         with pytest.raises(ValueError, match=r"^pick must be on the cloud: its nearest point, .* is \d+\.?\d* away$"):
             sm.follow_pipe(random_line(0, bends=1).points, (1000, 0, 0))
 
+    def test_a_pick_out_of_the_world(self):
+        with pytest.raises(ValueError, match=r"^pick must be on the cloud: its nearest point, .* is 1e\+100 away$"):
+            sm.follow_pipe(random_line(0, bends=1).points, (1e300, 0, 0))
+
     def test_a_pick_on_a_wall(self):
         wall = np.random.default_rng(0).uniform([0, 0, 0], [10, 10, 0.001], (5000, 3))
         with pytest.raises(ValueError, match=r"^pick must be on a pipe, but no cylinder fits the points around it$"):
@@ -426,3 +432,12 @@ class TestRefused:
     def test_wrong_limits(self, radius):
         with pytest.raises(ValueError, match=r"^radius must be"):
             sm.follow_pipe(np.eye(4)[:, :3], (0, 0, 0), radius=radius)
+
+
+def test_a_chain_is_fitted_once_for_all_simpler_ones(monkeypatch):
+    chain = chain_of([[0, 0, 0], [10, 0, 0], [20, 1, 0], [30, 1, 1], [40, 2, 1], [50, 2, 2]], [9, 9, 9, 9], 1.0)
+    points, _ = sampled(chain, np.random.default_rng(0), 30.0, 0.01, np.array([0, 0, 1.0]), 360.0)
+    fits = []
+    monkeypatch.setattr(refining, "fitted", lambda around, chain, *_: fits.append(chain) or chain)
+    assert refining.simplified(Surroundings(points, 1.0), chain) is chain
+    assert [each is chain for each in fits] == [True, False, False, False, False]

@@ -302,6 +302,16 @@ class TestDoor:
         with pytest.warns(sm.SimplexMeshWarning, match=f"^target is {factor} times as large as source in the best"):
             sm.match(sai_of(one), sai_of(one.scaled(factor)))
 
+    @pytest.mark.filterwarnings("ignore:.* in the best match")
+    @pytest.mark.parametrize("factor", [3, 0.1, 25.4, 1000])
+    def test_that_parts_are_in_two_units_is_told(self, factor):
+        one = bumpy()
+        part = sai_of(one, one.vertices[:, 2] > 0.6 * one.vertices[:, 2].max())
+        with pytest.warns(
+            sm.SimplexMeshWarning, match=r"^target is about .* as source: parts are compared in one unit"
+        ):
+            sm.match(part, sai_of(one.scaled(factor)))
+
     def test_not_a_signature(self):
         with pytest.raises(TypeError, match=r"source must be an SAI, made by sm\.sai, not SimplexMesh"):
             sm.match(bumpy(), sai_of(bumpy()))

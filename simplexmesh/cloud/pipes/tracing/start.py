@@ -57,7 +57,7 @@ def beginning(tree: cKDTree, place: Array, limits: tuple[float, float], gap: flo
     gather along no more than a diameter.
     """
     points = np.asarray(tree.data)
-    distance, nearest = tree.query(place)
+    distance, nearest = tree.query(np.clip(place, -1e100, 1e100))  # of what is farther the square overflows
     size = float(tree.query(points[nearest], k=[min(FEWEST, len(points))])[0][0])
     if distance > NEAR * size:
         apart = "which all have one position" if size == 0 else f"whose neighborhood of {FEWEST} is {size:.3g} wide"
