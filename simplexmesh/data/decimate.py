@@ -85,7 +85,7 @@ def decimate(surface: Any, *, vertices: int | None = None, tolerance: float | No
         raise TypeError("give vertices or tolerance" + ("" if vertices is None else ", not both"))
     given = as_data(surface, "surface")
     if isinstance(given, TriangleMesh):
-        given = dual(given if given.is_closed else given.welded(report=False))
+        given = dual(given if given.shares_vertices else given.welded(report=False))
     if not isinstance(given, SimplexMesh):
         where = f" in {os.path.basename(os.fspath(surface))}" if isinstance(surface, str | os.PathLike) else ""
         kind = type(given).__name__

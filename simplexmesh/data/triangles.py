@@ -119,6 +119,11 @@ class TriangleMesh(Located):
         """(v, 3) array of float: unit vertex normals, area-weighted over the adjacent faces; zero without faces."""
         return checks.frozen(vectors.vertex_normals(self.vertices, self.faces))
 
+    @property
+    def shares_vertices(self) -> bool:
+        """Whether any two triangles have a vertex in common, as none have of those that STL files list."""
+        return len(np.unique(self.faces)) < self.faces.size
+
     @cached_property
     def is_closed(self) -> bool:
         """Whether the surface has no border: every edge has as many faces in one direction as in the other."""

@@ -116,9 +116,10 @@ def followed(found: Beginning) -> tuple[Chain, Array, float, tuple[str, str]]:
         ended = chain.begun(chain.reaches[-1] / norm(chain.corners[1] - chain.corners[-2]))
     else:
         ended = with_ends(near, chain, deviation, bends=True)
-    if ended.are_short.any() and not ended.closed:  # where another pipe crosses
+    crossed = bool(ended.are_short.any()) and not ended.closed  # by another pipe
+    if crossed:
         ended = without_short_bends(ended, found.point)
-    if len(ended.bend_radii) != len(chain.bend_radii):
+    if crossed or len(ended.bend_radii) != len(chain.bend_radii):
         ended, deviation = refined(near, ended)
         ended = with_ends(near, ended, deviation)
     points = near.points[near_surface(near, ended, max(BAND * around.radius / 3, 3 * deviation))]

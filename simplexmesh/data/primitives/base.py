@@ -261,7 +261,7 @@ class Primitive:
 
     def stepped(self, step: ArrayLike) -> Self:
         """Return it with its parameters moved by a step (p,): tilts of the axis, shifts, measures."""
-        there = kernels.moved(self._surface, self._columns(), np.asarray(step, float))
+        there = kernels.moved(self._surface, self._columns(), np.asarray(step, float).reshape(self.n_parameters))
         return self._with(there.origin, there.frame[2], *there.shape.tolist())
 
     def sampled(self, count: int, *, rng: np.random.Generator | int = 0) -> PointCloud:

@@ -21,7 +21,7 @@ from simplexmesh.motion.creases.line import CreaseLine
 from simplexmesh.motion.creases.lines import resolution
 from simplexmesh.motion.creases.opening import OpenedTriangles
 from simplexmesh.motion.creases.paths import on_paths
-from simplexmesh.motion.creases.sharpening import PERTURBATION, Sharpened
+from simplexmesh.motion.creases.sharpening import MOST, PERTURBATION, Sharpened
 from simplexmesh.motion.creases.unfolding import unfolded
 from simplexmesh.motion.model.state import mean_edge
 from simplexmesh.motion.model.untangle import Tangles, untangled
@@ -70,10 +70,14 @@ def model_along(target: Triangles, points: Array, count: int, report: Progress) 
     cut = cut_along(network, FINER * edge)
     if cut.corners > count / 2 or cut.surface.n_faces > MOST_TRIANGLES:
         return None
-    found, tangled = _released(_least_tangled(cut, count, target, report))
-    fits = abs(found.mesh.n_vertices / count - 1) < MOST_OFF and tangled <= MOST_TANGLED * count
+    found = _least_tangled(cut, count, target, report)
+    if abs(found.mesh.n_vertices / count - 1) > MOST_OFF:
+        return None
+    found, tangled = _released(found)
+    kept = sum(line.length for line in found.creases()) > MOST * sum(line.length for line in lines)
     away = surface_distance(points, *fan(found.mesh.vertices, found.mesh.connectivity))
-    return (found, tangled) if fits and away.mean() < FARTHEST * edge else None
+    fits = kept and tangled <= MOST_TANGLED * count and away.mean() < FARTHEST * edge
+    return (found, tangled) if fits else None
 
 
 def _touches_itself(surface: TriangleMesh) -> bool:

@@ -59,7 +59,7 @@ def as_input(
     if isinstance(item, SimplexMesh):
         item = item.triangulated()
     if isinstance(item, TriangleMesh):
-        item = item if item.is_closed else item.welded(report=False)  # arrays of STL have three vertices for each face
+        item = item if item.shares_vertices else item.welded(report=False)
         try:
             return TrianglesInput(item.oriented(), components)
         except TopologyError as error:

@@ -23,18 +23,19 @@ APART = 0.2
 
 def walls_message(points: Array, away: Array, mesh: SimplexMesh) -> str:
     """Return a message about data (m, 3), `away` (m,) from a closed mesh, much of it inside or in two layers."""
-    some = np.random.default_rng(0).permutation(len(points))[:40_000]
-    points, away, edge = points[some], away[some], mean_edge(mesh)
+    edge, spacing = mean_edge(mesh), np.sqrt(mesh.area / len(points))
+    some = np.random.default_rng(0).choice(len(points), min(len(points), 40_000), replace=False)
+    points, away = points[some], away[some]
     inside = inside_surface(points, *fan(mesh.vertices, mesh.connectivity))
-    deep = away > edge / 2
+    deep = away > max(edge / 2, spacing)
     if (deep & inside).mean() - (deep & ~inside).mean() > MOST_BEHIND:  # noise is as much on both sides
-        return f"{(deep & inside).mean():.0%} of the data is inside of the model, as inner walls and stray points are"
+        return f"{(deep & inside).mean():.0%} of the data is inside of the model, as inner walls, holes that it spans and stray points are"
     split = in_two_layers(points, np.where(inside, -away, away), APART * edge).mean()
     if split <= MOST_BEHIND:
         return ""
     return (
-        f"{split:.0%} of the data lies in two layers of which the model is one sheet: walls too thin for it, or scans "
-        "that do not meet; more points, or outward normals if they have none, may tell the sides of walls apart"
+        f"{split:.0%} of the data lies in two layers of which the model is one sheet, as thin walls, pits or steps too "
+        "small for it and scans that do not meet do; more vertices or points may tell the layers apart"
     )
 
 

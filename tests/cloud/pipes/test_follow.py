@@ -72,7 +72,8 @@ class TestBends:
 
     @pytest.mark.parametrize("seed", [0, 2, 6])
     @pytest.mark.parametrize("station", [3.0, 5.0, 5.8])
-    def test_too_tight_for_the_pipe_are_none(self, seed, station):
+    @pytest.mark.parametrize("way", [1, -1])
+    def test_too_tight_for_the_pipe_are_none(self, seed, station, way):
         """Where another of the same radius crosses its end, half a radius off its axis."""
         rng = np.random.default_rng(seed)
         picked, other = (
@@ -82,7 +83,7 @@ class TestBends:
         own, beyond = (sampled(each, rng, 48.0, 0.001, np.array([0.0, 0.0, 1.0]), 360.0)[0] for each in (picked, other))
         outside = (picked.distance(beyond) > -0.01) | (beyond[:, 0] > 7)
         points = np.concatenate([own[other.distance(own) > -0.01], beyond[outside]])
-        line = sm.follow_pipe(points, [station, 0, 1])
+        line = sm.follow_pipe(way * points, [way * station, 0, way])
         longest = max(line.elements, key=lambda element: element.length)
         assert_allclose(longest.radius, 1, rtol=0.003)
         assert_allclose(np.abs(longest.primitive.axis), [1, 0, 0], atol=0.01)

@@ -172,6 +172,17 @@ def test_arrays_of_stl_are_reconstructed_as_the_triangles_that_they_are(least):
     assert (small.n_vertices, small.n_components, small.n_holes) == (200, 1, int(least > -1))
 
 
+def test_sheets_that_meet_in_a_line_stay_apart_if_they_share_no_vertices():
+    grid = np.stack(np.meshgrid(np.arange(9.0), np.arange(9.0)), axis=2).reshape(-1, 2)
+    k = (np.arange(8)[:, None] * 9 + np.arange(8)).reshape(-1, 1)
+    faces = np.concatenate([k + [0, 1, 10], k + [0, 10, 9]])
+    turns = [(np.cos(a), np.sin(a)) for a in (0.0, 2.0, 4.0)]
+    sheets = [np.column_stack([c * grid[:, 0], s * grid[:, 0], grid[:, 1]]) for c, s in turns]
+    rows = len(grid) * np.arange(3)[:, None, None]
+    found = sm.decimate((np.concatenate(sheets), (faces + rows).reshape(-1, 3)), vertices=100).mesh
+    assert (found.n_components, found.n_holes) == (3, 3)
+
+
 def test_bodies_that_touch_at_an_edge_are_reconstructed_from_points_on_them():
     """As the error says that tells why their triangles are refused."""
     corners = np.array(list(itertools.product((0.0, 1.0), repeat=3)))

@@ -52,10 +52,27 @@ def test_what_is_said_of_a_ball(points, message):
     assert re.match(message, told) if message else not told
 
 
+def test_points_farther_apart_than_faces_are_wide_are_not_inside():
+    """Boundary voxels of a ball, whose centers are up to a voxel inside of it."""
+    grid = np.indices((24, 24, 24)).reshape(3, -1).T - 11.5
+    away = np.linalg.norm(grid, axis=1)
+    points = grid[(away < 8) & (away > 7)]
+    assert not walls_message(points, 8 - np.linalg.norm(points, axis=1), sm.sphere(30, radius=8))
+
+
 @pytest.mark.parametrize("wall", [0.05, 0.08])
 def test_a_thin_wall_of_points_is_not_averaged_in_silence(wall):
     with pytest.warns(sm.SimplexMeshWarning, match="of the data lies in two layers"):
         sm.reconstruct(np.concatenate([around(1, 10_000, 0), around(1 - wall, 10_000, 1)]), vertices=1500)
+
+
+def test_of_volumes_the_cavity_is_told_not_its_wall():
+    away = np.linalg.norm(np.indices((32, 32, 32)) - 15.5, axis=0)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        sm.reconstruct(sm.Volume(np.minimum(12 - away, away - 9)), level=0.0, vertices=600)
+    assert any("cavit" in str(each.message) for each in caught)
+    assert not any("of the data" in str(each.message) for each in caught)
 
 
 def test_the_inner_wall_of_triangles_is_told():
