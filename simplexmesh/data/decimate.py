@@ -32,7 +32,7 @@ def decimate(surface: Any, *, vertices: int | None = None, tolerance: float | No
     ----------
     surface : SimplexMesh, TriangleMesh, PyVista or trimesh object, or path
         For triangles, their dual: vertices in `vertex_map` and in distances are then the triangles and their centroids,
-        see `dual`.
+        see `dual`. Equal positions are merged where no two triangles share a vertex, as in STL files.
     vertices : int, optional
         Number of vertices to keep: even, as it always is in a simplex mesh.
     tolerance : float, optional

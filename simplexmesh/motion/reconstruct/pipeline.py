@@ -43,7 +43,8 @@ def reconstruct(
     Parameters
     ----------
     data : Volume, PointCloud, TriangleMesh, array, pyvista or trimesh object, path, or sequence of scans
-        An (n, 3) array is a point cloud, a 3-D array a volume of spacing 1.
+        An (n, 3) array is a point cloud, a 3-D array a volume of spacing 1. Equal positions are merged where no two
+        triangles share a vertex, as in STL files.
     level : float, optional
         For a volume of intensities: the isovalue of the surface.
     label : int, optional

@@ -29,7 +29,8 @@ def walls_message(points: Array, away: Array, mesh: SimplexMesh) -> str:
     inside = inside_surface(points, *fan(mesh.vertices, mesh.connectivity))
     deep = away > max(edge / 2, spacing)
     if (deep & inside).mean() - (deep & ~inside).mean() > MOST_BEHIND:  # noise is as much on both sides
-        return f"{(deep & inside).mean():.0%} of the data is inside of the model, as inner walls, holes that it spans and stray points are"
+        within = (deep & inside).mean()
+        return f"{within:.0%} of the data is inside of the model, as inner walls, spanned holes and stray points are"
     split = in_two_layers(points, np.where(inside, -away, away), APART * edge).mean()
     if split <= MOST_BEHIND:
         return ""

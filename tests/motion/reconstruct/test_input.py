@@ -175,7 +175,7 @@ def test_arrays_of_stl_are_reconstructed_as_the_triangles_that_they_are(least):
 def test_sheets_that_meet_in_a_line_stay_apart_if_they_share_no_vertices():
     grid = np.stack(np.meshgrid(np.arange(9.0), np.arange(9.0)), axis=2).reshape(-1, 2)
     k = (np.arange(8)[:, None] * 9 + np.arange(8)).reshape(-1, 1)
-    faces = np.concatenate([k + [0, 1, 10], k + [0, 10, 9]])
+    faces = np.concatenate([k + np.array([0, 1, 10]), k + np.array([0, 10, 9])])
     turns = [(np.cos(a), np.sin(a)) for a in (0.0, 2.0, 4.0)]
     sheets = [np.column_stack([c * grid[:, 0], s * grid[:, 0], grid[:, 1]]) for c, s in turns]
     rows = len(grid) * np.arange(3)[:, None, None]

@@ -66,15 +66,6 @@ def test_a_thin_wall_of_points_is_not_averaged_in_silence(wall):
         sm.reconstruct(np.concatenate([around(1, 10_000, 0), around(1 - wall, 10_000, 1)]), vertices=1500)
 
 
-def test_of_volumes_the_cavity_is_told_not_its_wall():
-    away = np.linalg.norm(np.indices((32, 32, 32)) - 15.5, axis=0)
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        sm.reconstruct(sm.Volume(np.minimum(12 - away, away - 9)), level=0.0, vertices=600)
-    assert any("cavit" in str(each.message) for each in caught)
-    assert not any("of the data" in str(each.message) for each in caught)
-
-
 def test_the_inner_wall_of_triangles_is_told():
     inner = sm.TriangleMesh(0.9 * BALL.vertices, BALL.faces[:, ::-1])
     both = sm.TriangleMesh(
