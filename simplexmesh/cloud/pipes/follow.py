@@ -24,7 +24,7 @@ from simplexmesh.cloud.pipes.refining import covariance_of, held, near_surface, 
 from simplexmesh.cloud.pipes.tolerances import BAND, NEAR
 from simplexmesh.cloud.pipes.tracing.segmenting import segmented
 from simplexmesh.cloud.pipes.tracing.start import Beginning, beginning
-from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings, within
+from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import JUMP, Track
 from simplexmesh.numerics import scan_lines
 
@@ -219,8 +219,10 @@ def on_line(chain: Chain, tree: cKDTree, band: float) -> tuple[Indices, Array]:
     """Return which points of the cloud are within a distance of a chain, and between its ends, and their distances."""
     r = float(chain.radii.max())
     places = chain.at(np.arange(0, chain.stations[-1] + r, r))[0]
-    points = np.asarray(tree.data)
-    at = np.flatnonzero(within(points, places, 1.2 * r + band))
-    feet = chain.feet(points[at])
+    near = np.zeros(tree.n, bool)
+    for found in tree.query_ball_point(places, 1.2 * r + band):
+        near[found] = True
+    at = np.flatnonzero(near)
+    feet = chain.feet(np.asarray(tree.data)[at])
     fine = (feet.station >= 0) & (feet.station <= chain.stations[-1]) & (np.abs(feet.distance) < band)
     return at[fine], feet.distance[fine]

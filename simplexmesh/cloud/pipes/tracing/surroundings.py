@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import cKDTree
 
-from simplexmesh._base.arrays import Array, Indices, Mask
+from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.numerics.plane_fits import fitted
 
 CELLS = 8
@@ -49,7 +49,9 @@ class Surroundings:
 
     def cropped(self, places: Array, reach: float) -> Surroundings:
         """Return what is within reach of some of the places."""
-        near = within(self.points, places, reach)
+        near = np.zeros(len(self.points), bool)
+        for found in self.tree.query_ball_point(places, reach):
+            near[found] = True
         out = copy(self)
         out.__dict__.pop("tree")
         out.points, out._normals, out._known = self.points[near], self._normals[near], self._known[near]
@@ -75,11 +77,6 @@ class Surroundings:
             near = np.take_along_axis(near, np.arange(count) % found[:, None], axis=1)  # those found, again and again
             self._normals[new], self._known[new] = fitted(self.points, near)[0], True
         return self._normals[at]
-
-
-def within(points: Array, places: Array, reach: float) -> Mask:
-    """Return which points (n, 3) are within reach of some of the places."""
-    return np.isfinite(cKDTree(places).query(points, distance_upper_bound=reach)[0])
 
 
 def thinned(points: Array, cell: float) -> Array:
