@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices
-from simplexmesh._base.errors import TopologyError
+from simplexmesh._base.errors import TopologyError, warn
 from simplexmesh._base.progress import Progress
 from simplexmesh.data.cutting.dividing import divided
 from simplexmesh.data.triangles import TriangleMesh
@@ -45,6 +45,9 @@ MOST_OFF = 0.1
 MOST_TANGLED = 0.01
 """Share of vertices on folded faces up to which a model is taken."""
 
+TOLD = 0.95
+"""Share of the length of the edges below which a warning tells what is left of them."""
+
 FARTHEST = 0.03
 """Mean distance of the points from a model, in roots of the area of a vertex, up to which it is taken."""
 
@@ -74,10 +77,13 @@ def model_along(target: Triangles, points: Array, count: int, report: Progress) 
     if abs(found.mesh.n_vertices / count - 1) > MOST_OFF:
         return None
     found, tangled = _released(found)
-    kept = sum(line.length for line in found.creases()) > MOST * sum(line.length for line in lines)
+    kept = sum(line.length for line in found.creases()) / sum(line.length for line in lines)
     away = surface_distance(points, *fan(found.mesh.vertices, found.mesh.connectivity))
-    fits = kept and tangled <= MOST_TANGLED * count and away.mean() < FARTHEST * edge
-    return (found, tangled) if fits else None
+    if kept < MOST or tangled > MOST_TANGLED * count or away.mean() > FARTHEST * edge:
+        return None
+    if kept < TOLD:
+        warn(f"only {kept:.0%} of the sharp edges of the data are in the model: with others its faces would fold")
+    return found, tangled
 
 
 def _touches_itself(surface: TriangleMesh) -> bool:

@@ -65,10 +65,11 @@ def test_a_polyhedron_is_modeled_exactly(seed):
     assert np.median(away) < 1e-6
 
 
-@pytest.mark.parametrize("seed", [0, *nightly(7), 11])
+@pytest.mark.parametrize("seed", [0, 11])
 def test_where_steps_are_narrower_than_faces_only_those_leave_the_lines(seed):
     surface = random_blocks(seed)
-    found, tangled = made(surface, 1500)
+    with pytest.warns(sm.SimplexMeshWarning, match="only .* of the sharp edges of the data are in the model"):
+        found, tangled = made(surface, 1500)
     assert tangled == tangled_vertices(found.mesh).sum() <= 15
     assert found.mesh.volume == pytest.approx(surface.volume, rel=3e-3)
     true = sum(line.length for line in sm.feature_lines(surface).lines)
