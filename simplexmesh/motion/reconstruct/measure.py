@@ -176,7 +176,7 @@ def measure(run: Run) -> None:
     off = 0.0 if lid else float((away > limit).mean())
     _warn_of_poor_fit(run, off, float(((missing > limit) & ~enclosed).mean()))
     walls = not mesh.n_holes and not run.data.layered  # of volumes, cavities that were filled are told
-    if message := walls_message(points, missing, mesh) if walls else "":
+    if walls and (message := walls_message(points, missing, mesh)):
         warn(message)
     _warn_of_topology(run, lid=lid)
     run.report(1.0, "done")
