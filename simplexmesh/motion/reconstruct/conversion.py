@@ -13,7 +13,8 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
-from simplexmesh._base.errors import TopologyError, warn
+from simplexmesh._base.errors import TopologyError, counted, warn
+from simplexmesh._base.named_arrays import taken
 from simplexmesh._base.vectors import norm
 from simplexmesh.data.conversion import as_data, as_triangles
 from simplexmesh.data.foreign import is_foreign
@@ -22,6 +23,7 @@ from simplexmesh.data.poses import read_poses, rigid
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.mesh.triangles.separation import separated
 from simplexmesh.motion.reconstruct.inputs import Input, PointsInput, TrianglesInput, VolumeInput
 from simplexmesh.motion.targets.isosurface import Isosurface
 from simplexmesh.orientation.propagation import LEAST_AGREEMENT, agreement
@@ -62,13 +64,19 @@ def as_input(
         item = item if item.shares_vertices else item.welded(report=False)
         try:
             return TrianglesInput(item.oriented(), components)
-        except TopologyError as error:
-            if not item.is_closed:
-                raise
-            way_out = "points on bodies that touch, `sampled(40_000)`, can be reconstructed"
-            raise TopologyError(f"{error}; {way_out}") from error
+        except TopologyError:
+            return TrianglesInput(taken_apart(item).oriented(), components)
     warn_of_steps(item.points)
     return PointsInput(with_consistent_normals(without_stray_points(item)), components)
+
+
+def taken_apart(surface: TriangleMesh) -> TriangleMesh:
+    """Return a surface with vertices of its own for each that touches another along an edge, with a warning."""
+    faces, sources, crowded = separated(surface.vertices, surface.faces)
+    if crowded:
+        where = counted(crowded, "edge has", "edges have")
+        warn(f"{where} more than two triangles: the surfaces that meet there were taken apart")
+    return replace(surface, vertices=surface.vertices[sources], faces=faces, data=taken(surface.data, sources))
 
 
 def check_for_no_volume(kind: str, level: float | None, label: int | None, inside: str) -> None:
