@@ -6,6 +6,8 @@ leak, and by iterated Poisson reconstruction.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from simplexmesh._base.arrays import Array
@@ -38,25 +40,35 @@ def start_from_points(
 ) -> Start:
     """Return a closed mesh near points of a surface; tunnels narrower than given are sealed."""
     indicator = _indicator(cloud, vertices)
-    cell = indicator.grid.cell
     field = np.pad(indicator.values, 1, constant_values=-0.5)
     smallest = FEWEST / vertices * np.count_nonzero(field > 0)
+
+    def cut(level: float) -> Start:
+        solid, dropped = pieces(field > level, components, smallest)
+        solid, sealed = without_tunnels(without_cavities(solid), tunnels / (2 * indicator.grid.cell))
+        mesh, _ = solid_mesh(field - np.float32(level), solid, _to_world(indicator), vertices)
+        report = StartReport(
+            indicator.grid.shape, indicator.grid.cell, mesh.genus, mesh.n_components, sealed, dropped,
+            openness=share_bare(mesh, cloud.points),
+            doubled=share_doubled(mesh, cloud.points) if cloud.normals is None else 0.0,
+        )  # fmt: skip
+        return Start(mesh, report, indicator)
+
+    start = cut(0.0)
+    if start.report.is_open:
+        return start  # whose lids, not data, tell its genus
     lasting = lasting_genus(field, components, smallest)
-    field -= np.float32(lasting.level)
-    solid, dropped = pieces(field > 0, components, smallest)
-    solid, sealed = without_tunnels(without_cavities(solid), tunnels / (2 * cell))
-    T_world_cell = np.diag([cell, cell, cell, 1.0])
-    T_world_cell[:3, 3] = indicator.grid.to_world(np.full((1, 3), -1.0))[0]
-    mesh, _ = solid_mesh(field, solid, T_world_cell, vertices)
-    lasts = mesh.genus + sealed == lasting.genus
+    start = cut(lasting.level) if lasting.level else start
+    lasts = start.report.genus + start.report.tunnels_removed == lasting.genus
     doubtful = indicator.grid.to_world(lasting.places[: 0 if lasts else None] - 1.0)
-    report = StartReport(
-        indicator.grid.shape, cell, mesh.genus, mesh.n_components, sealed, dropped,
-        openness=share_bare(mesh, cloud.points),
-        doubled=share_doubled(mesh, cloud.points) if cloud.normals is None else 0.0,
-        doubtful=tuple(map(tuple, doubtful.tolist())),
-    )  # fmt: skip
-    return Start(mesh, report, indicator)
+    return replace(start, report=replace(start.report, doubtful=tuple(map(tuple, doubtful.tolist()))))
+
+
+def _to_world(indicator: Indicator) -> Array:
+    """Return T_world_cell of a field that is padded by one cell."""
+    T_world_cell = np.diag([*[indicator.grid.cell] * 3, 1.0])
+    T_world_cell[:3, 3] = indicator.grid.to_world(np.full((1, 3), -1.0))[0]
+    return T_world_cell
 
 
 def _indicator(cloud: PointCloud, vertices: int) -> Indicator:
