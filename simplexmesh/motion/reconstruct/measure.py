@@ -189,8 +189,8 @@ def _warn_of_poor_fit(run: Run, unseen: float, missed: float) -> None:
     if unseen > MOST_UNSEEN:
         warn(f"{unseen:.0%} of the model is far from any data")
     if missed > MOST_MISSED:
-        dropped = run.data.components != "all" and run.found is not None and run.found.components_dropped
-        hint = "components='all' keeps all its pieces" if dropped else "more vertices or another start may reach it"
+        left_out = run.several and run.data.components != "all"
+        hint = "components='all' keeps all its pieces" if left_out else "more vertices or another start may reach it"
         warn(f"{missed:.0%} of the data is far from the model; {hint}")
     elif run.lost:
         warn(run.lost)

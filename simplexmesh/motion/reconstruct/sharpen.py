@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from simplexmesh._base.progress import Progress
+from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh.contours import Contour, numbered
 from simplexmesh.motion.creases.own import model_along
 from simplexmesh.motion.creases.sharpening import Sharpened, sharpened, sharpened_volume
 from simplexmesh.motion.model.state import mean_edge
+from simplexmesh.motion.reconstruct.bodies import largest_body
 from simplexmesh.motion.reconstruct.inputs import Input, TrianglesInput
 from simplexmesh.motion.reconstruct.measure import share_of_area
 from simplexmesh.motion.reconstruct.options import Options, stages_from
@@ -16,6 +18,7 @@ from simplexmesh.motion.reconstruct.result import LEAST_BARE
 from simplexmesh.motion.reconstruct.run import Run
 from simplexmesh.motion.targets.isosurface import Isosurface
 from simplexmesh.motion.targets.labels import LabelSurface
+from simplexmesh.motion.targets.triangles import Triangles
 
 MOST_POINTS = 40_000
 """Of an isosurface, drawn at random, for its sharp edges."""
@@ -25,16 +28,19 @@ def along_edges(data: Input, options: Options, report: Progress) -> Run | None:
     """Return the model of closed triangles made along their sharp edges, near them as it is; None where that fails."""
     if not (isinstance(data, TrianglesInput) and options.is_plain and data.oriented):
         return None
-    surface, points = data.source, data.samples().points
-    several = surface.n_components > 1 and data.components != "all"
-    if several or surface.volume <= 0:
+    body: TriangleMesh | None = data.source
+    if data.source.n_components > 1 and data.components != "all":
+        body = largest_body(data.source)
+    if body is None or body.volume <= 0:
         return None
-    made = model_along(data.target, points, options.vertices, report)
+    points = (data.samples() if body is data.source else body.sampled(len(data.samples()))).points
+    made = model_along(Triangles(body), points, options.vertices, report)
     if made is None:
         return None
     found, tangled = made
     run = Run(options, data, report, found.mesh, found.mesh, data.target, [], converged=True)
     run.stages = stages_from(found.mesh, data, options, cell=mean_edge(found.mesh))
+    run.several = body is not data.source
     _take(run, found, tangled)
     return run
 
