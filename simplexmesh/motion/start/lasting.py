@@ -16,7 +16,7 @@ from scipy import ndimage
 
 from simplexmesh._base.arrays import Array, Mask
 from simplexmesh.data.box import box_around, box_slices
-from simplexmesh.motion.start.topology import genus, pieces, thinned, within, without_cavities
+from simplexmesh.motion.start.topology import euler, genus, pieces, thinned, within, without_cavities
 
 NEARBY = 0.05
 """Levels up to which, the jump being 1, the genus at 0 must stay the same to be believed as it is."""
@@ -57,7 +57,8 @@ def lasting_genus(field: NDArray[Any], components: str = "largest", smallest: fl
         return without_cavities(pieces(field[around] > level, components, smallest)[0])
 
     def genus_at(level: float) -> int:
-        return genus(solid_at(level))
+        solid = solid_at(level)
+        return int(solid.any()) - euler(solid) if components == "largest" else genus(solid)
 
     nearby = {genus_at(level) for level in (-NEARBY, 0.0, NEARBY)}
     if len(nearby) == 1:
