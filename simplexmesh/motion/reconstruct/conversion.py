@@ -25,6 +25,7 @@ from simplexmesh.data.volume import Volume
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.mesh.triangles.separation import separated
 from simplexmesh.motion.reconstruct.inputs import Input, PointsInput, TrianglesInput, VolumeInput
+from simplexmesh.motion.targets.inward import without_inside_out
 from simplexmesh.motion.targets.isosurface import Isosurface
 from simplexmesh.orientation.propagation import LEAST_AGREEMENT, agreement
 
@@ -62,10 +63,12 @@ def as_input(
         item = item.triangulated()
     if isinstance(item, TriangleMesh):
         item = item if item.shares_vertices else item.welded(report=False)
+        walls = components == "all"  # of cavities
         try:
-            return TrianglesInput(item.oriented(), components)
+            item = item.oriented(outward=not walls)
         except TopologyError:
-            return TrianglesInput(taken_apart(item).oriented(), components)
+            item = taken_apart(item).oriented(outward=not walls)
+        return TrianglesInput(without_inside_out(item) if walls and item.is_closed else item, components)
     warn_of_steps(item.points)
     return PointsInput(with_consistent_normals(without_stray_points(item)), components)
 

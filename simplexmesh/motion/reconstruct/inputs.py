@@ -54,6 +54,11 @@ class Input(ABC):
         """Whether the normals of `samples` are known to point outwards."""
         return False
 
+    @property
+    def leaves_bodies(self) -> bool:
+        """Whether the data is known to be of several bodies of which only the largest is wanted."""
+        return False
+
     @cached_property
     def diagonal(self) -> float:
         """Length of the diagonal of the box around the points, in the data's unit."""
@@ -228,6 +233,11 @@ class TrianglesInput(Input):
         """Whether the surface is closed: its triangles then have been turned outward."""
         return not self.source.topology.n_borders
 
+    @property
+    def leaves_bodies(self) -> bool:
+        """Whether the surface has several components, and only the largest is wanted."""
+        return self.components != "all" and self.source.n_components > 1
+
     @cached_property
     def points(self) -> Array:
         """(m, 3) the vertices used by faces, and even samples of the surface."""
@@ -249,7 +259,8 @@ class TrianglesInput(Input):
 
     def start(self, vertices: int, tunnels: float | None) -> tuple[Start, Target]:
         """Return the dual of a coarse surface around even samples of the triangles, and these facing out of it."""
-        start = start_from_points(self._sampled, vertices, components=self.components, tunnels=tunnels or 0.0)
+        options: Any = {"components": self.components, "tunnels": tunnels or 0.0, "cavities": self.components == "all"}
+        start = start_from_points(self._sampled, vertices, **options)
         known = self.source.topology
         if known.n_components == 1 and not known.n_borders and known.genus != start.report.genus and not tunnels:
             lost = start.report.genus < known.genus

@@ -177,7 +177,7 @@ def measure(run: Run) -> None:
     _warn_of_poor_fit(run, off, float(((missing > limit) & ~enclosed).mean()))
     walls = not mesh.n_holes and not run.data.layered  # of volumes, cavities that were filled are told
     if walls and (message := walls_message(points, missing, mesh)):
-        warn(message)
+        warn(message + "; components='all' keeps walls of cavities" * run.data.leaves_bodies)
     _warn_of_topology(run, lid=lid)
     run.report(1.0, "done")
 
@@ -189,7 +189,8 @@ def _warn_of_poor_fit(run: Run, unseen: float, missed: float) -> None:
     if unseen > MOST_UNSEEN:
         warn(f"{unseen:.0%} of the model is far from any data")
     if missed > MOST_MISSED:
-        left_out = run.several and run.data.components != "all"
+        dropped = run.data.components != "all" and run.found is not None and run.found.components_dropped
+        left_out = dropped or run.data.leaves_bodies
         hint = "components='all' keeps all its pieces" if left_out else "more vertices or another start may reach it"
         warn(f"{missed:.0%} of the data is far from the model; {hint}")
     elif run.lost:

@@ -60,6 +60,7 @@ def reconstruct(
         Whether the object of a volume is above or below `level`.
     components : {"auto", "largest", "all"}
         Which pieces to keep: by default all of a label, and the largest one of a level, of points and of triangles.
+        Of triangles "all" keeps walls of cavities, which face them, too; else cavities are filled.
         "all" needs ``init="auto"``, other starts take the largest. Pieces of a label too small for a mesh are left out;
         `found` tells their share, from a thousandth on also a warning.
     tunnels : float, optional

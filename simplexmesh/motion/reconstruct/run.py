@@ -53,7 +53,6 @@ class Run:
     target: Target
     stages: list[Stage]  # the stiff ones, the fine one and the last
     found: StartReport | None = None
-    several: bool = False  # whether pieces of the data were left out
     surface: SimplexMesh | None = None  # the automatic start of closed data, around which `mesh` is wrapped
     zones: list[Mask] = field(default_factory=list)  # faces of holes that the user gave
     fallback: SimplexMesh | None = None  # untangled, of the same connectivity near the data, when one is known
@@ -207,7 +206,7 @@ def started(data: Input, options: Options, report: Progress) -> Run:
         mesh = primitive_around(data.points, init, options.first_vertices, facing=facing)
     run = Run(options, data, report, mesh, mesh, data.target if target is None else target, [])
     if found is not None:
-        run.found, run.several = found.report, found.report.components_dropped > 0
+        run.found = found.report
         run.surface, run.fallback = (None, mesh) if init == "auto" else (found.mesh, None)
     run.stages = stages_from(mesh, data, options, cell=found.report.cell if found and init == "auto" else None)
     _apply_given_faces(run)

@@ -29,7 +29,7 @@ def along_edges(data: Input, options: Options, report: Progress) -> Run | None:
     if not (isinstance(data, TrianglesInput) and options.is_plain and data.oriented):
         return None
     body: TriangleMesh | None = data.source
-    if data.source.n_components > 1 and data.components != "all":
+    if data.leaves_bodies:
         body = largest_body(data.source)
     if body is None or body.volume <= 0:
         return None
@@ -40,7 +40,6 @@ def along_edges(data: Input, options: Options, report: Progress) -> Run | None:
     found, tangled = made
     run = Run(options, data, report, found.mesh, found.mesh, data.target, [], converged=True)
     run.stages = stages_from(found.mesh, data, options, cell=mean_edge(found.mesh))
-    run.several = body is not data.source
     _take(run, found, tangled)
     return run
 

@@ -37,15 +37,17 @@ def start_from_points(
     *,
     components: str = "largest",
     tunnels: float = 0.0,
+    cavities: bool = False,
 ) -> Start:
-    """Return a closed mesh near points of a surface; tunnels narrower than given are sealed."""
+    """Return a closed mesh near points of a surface; tunnels narrower than given are sealed, cavities unless wanted."""
     indicator = _indicator(cloud, vertices)
     field = np.pad(indicator.values, 1, constant_values=-0.5)
     smallest = FEWEST / vertices * np.count_nonzero(field > 0)
 
     def cut(level: float) -> Start:
         solid, dropped = pieces(field > level, components, smallest)
-        solid, sealed = without_tunnels(without_cavities(solid), tunnels / (2 * indicator.grid.cell))
+        solid = solid if cavities else without_cavities(solid)
+        solid, sealed = without_tunnels(solid, tunnels / (2 * indicator.grid.cell))
         mesh, _ = solid_mesh(field - np.float32(level), solid, _to_world(indicator), vertices)
         report = StartReport(
             indicator.grid.shape, indicator.grid.cell, mesh.genus, mesh.n_components, sealed, dropped,

@@ -182,4 +182,4 @@ def _dual_mesh(positions: Array, faces: Indices, vertices: int) -> SimplexMesh:
     positions, faces = decimated(positions, faces, vertices // 4**levels)
     for _ in range(levels):
         positions, faces = subdivided(positions, faces)
-    return dual(relaxed(positions, faces))
+    return dual(relaxed(positions, faces), outward=False)  # walls of cavities face them

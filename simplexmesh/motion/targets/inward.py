@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from simplexmesh._base.arrays import Array, Indices, Mask
@@ -27,6 +29,15 @@ def warn_inward(name: str, mesh: TriangleMesh, outcome: str) -> None:
     if inward.any():
         turned = f"inward normals, {inward.sum():,} of its {len(faces):,} faces"
         warn(f"{name} has {turned}, so {outcome}; {name}.oriented() flips them")
+
+
+def without_inside_out(mesh: TriangleMesh) -> TriangleMesh:
+    """Return an oriented closed surface with bodies flipped that are inside out, which walls of cavities are not."""
+    flip = _bodies_inside_out(mesh.vertices, mesh.faces, manifold.half_edge_mates(mesh.faces))
+    if not flip.any():
+        return mesh
+    warn(f"flipped {flip.sum():,} of {len(flip):,} triangles")
+    return replace(mesh, faces=np.where(flip[:, None], mesh.faces[:, ::-1], mesh.faces))
 
 
 def _bodies_inside_out(vertices: Array, faces: Indices, mates: Indices) -> Mask:

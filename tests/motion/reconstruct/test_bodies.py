@@ -2,6 +2,7 @@
 
 import itertools
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -59,7 +60,10 @@ def test_a_small_body_that_crosses_is_seen_beside_one_of_great_area():
 @pytest.mark.parametrize(
     ("other", "told"),
     [
-        (((0.3, 0.2, 0.1), (0.5, 0.4, 0.3)), "of the data is inside of the model"),
+        (
+            ((0.3, 0.2, 0.1), (0.5, 0.4, 0.3)),
+            "of the data is inside of the model, .*'all' keeps walls of cavities",
+        ),
         (((3, 0.2, 0.1), (0.5, 0.4, 0.3)), "of the data is far from the model; components='all' keeps"),
     ],
 )
@@ -78,3 +82,23 @@ def test_bodies_that_cross_are_made_as_one():
         model = sm.reconstruct(boxes(LARGE, other), vertices=600)
     both = 8 * (np.prod(LARGE[1]) + np.prod(other[1])) - 0.6 * 0.8 * 0.6
     assert model.mesh.volume == pytest.approx(both, rel=0.02)
+
+
+def test_walls_of_cavities_are_kept_with_all_components():
+    """They were turned outward: of a box with a cavity the model had 1.17 times the volume."""
+    cavity = boxes(LARGE, ((0.3, 0.2, 0.1), (0.5, 0.4, 0.3)))
+    hollow = sm.TriangleMesh(cavity.vertices, np.concatenate([cavity.faces[:12], cavity.faces[12:, ::-1]]))
+    model = sm.reconstruct(hollow, vertices=600, components="all")
+    assert model.mesh.volume == pytest.approx(hollow.volume, rel=1e-6)
+    with pytest.warns(sm.SimplexMeshWarning, match="^flipped 24 of 24 triangles$"):
+        turned = sm.reconstruct(replace(hollow, faces=hollow.faces[:, ::-1]), vertices=600, components="all")
+    assert turned.mesh.volume == pytest.approx(hollow.volume, rel=1e-6)
+
+
+def test_a_round_cavity_is_kept_by_the_motion():
+    outer, inner = sm.sphere(10).triangulated(), sm.sphere(10, radius=0.6, center=(0.1, 0, 0)).triangulated()
+    faces = np.concatenate([outer.faces, inner.faces[:, ::-1] + outer.n_vertices])
+    hollow = sm.TriangleMesh(np.concatenate([outer.vertices, inner.vertices]), faces)
+    model = sm.reconstruct(hollow, vertices=800, components="all", creases="none")
+    assert (model.mesh.n_components, model.tangled, model.strayed) == (2, 0, 0)
+    assert model.mesh.volume == pytest.approx(hollow.volume, rel=0.03)
