@@ -13,8 +13,9 @@ from simplexmesh.motion.reconstruct import measure
 from simplexmesh.motion.reconstruct.run import MOST_POINTS, Run
 
 
-def run(n_holes=0, components="largest", dropped=0, lost=""):
-    found, data = SimpleNamespace(components_dropped=dropped), SimpleNamespace(components=components)
+def run(n_holes=0, components="largest", dropped=0, lost="", leaves_bodies=False):
+    found = SimpleNamespace(components_dropped=dropped)
+    data = SimpleNamespace(components=components, leaves_bodies=leaves_bodies)
     return SimpleNamespace(mesh=SimpleNamespace(n_holes=n_holes), data=data, found=found, lost=lost, diverged="")
 
 
@@ -112,7 +113,7 @@ def measured(gaps, points, *, reach=0.2, layered=False, holes="none", border=Fal
     diagonal = np.linalg.norm(np.ptp(points, axis=0))
     run = Run(
         options=SimpleNamespace(holes=holes),
-        data=SimpleNamespace(points=points, diagonal=diagonal, layered=layered, components="all"),
+        data=SimpleNamespace(points=points, diagonal=diagonal, layered=layered, components="all", leaves_bodies=False),
         report=lambda share, message: told.append((share, message)),
         start=BALL,
         mesh=BALL,
