@@ -163,7 +163,7 @@ def _called(name: str) -> Iterator[None]:
 
 
 def _points_of(data: Any, name: str, **options: Any) -> tuple[PointCloud, bool, bool]:
-    """Return points on any data, with its unit and any normals, whether these are unchecked, and it closed triangles."""
+    """Return points on any data, with its unit and any normals; whether these are unchecked, and it is closed."""
     with _called(name):
         found = as_input(data, components="all", **options)
     cloud = found.samples()

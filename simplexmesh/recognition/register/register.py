@@ -190,8 +190,8 @@ def register(
     Warns
     -----
     SimplexMeshWarning
-        The best pose has less than the minimum score, or it and the overlap less than 0.5 where both surfaces are closed,
-        there are fewer than 200 points, or the normals of source and target were opposite.
+        The best pose has less than the minimum score, or of closed surfaces a score and an overlap below 0.5, there are
+        fewer than 200 points, or the normals of source and target were opposite.
 
     References
     ----------

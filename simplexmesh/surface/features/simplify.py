@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import count
 from typing import Any
 
 import numpy as np
@@ -123,19 +122,20 @@ def _simplified(local: Array, fans: Indices, mates: Indices, radii: Array, longe
     of the vertices below, until only given triangles cross; after some times, with more and more around these.
     """
     frozen, radii = frozen.copy(), radii.copy()
-    for again in count():
+    crossing, again = np.zeros((1, 2), np.int64), 0
+    while len(crossing):
         tri, spheres = watched(local, fans, mates, radii, frozen)
         _change(tri, spheres, longest)
         triangles = tri.corners.reshape(-1, 3)
         there = np.flatnonzero((triangles[:, 2] >= 0) & (triangles[:, 2] < tri.caps))
         changed = (triangles[there] != fans[there]).any(axis=1)
         crossing = there[crossing_triangles(local, triangles[there], changed)]
-        if not len(crossing):
-            return triangles[there]
         frozen[triangles[crossing]] = True
         for _ in range(again - PATIENCE):
             frozen[fans[frozen[fans].any(axis=1)]] = True
         radii[np.isin(_kernels_tolerance.holders(spheres)[: tri.caps], crossing)] /= 4
+        again += 1
+    return triangles[there]
 
 
 def watched(local: Array, fans: Indices, mates: Indices, radii: Array, frozen: Mask) -> tuple[Triangulation, Spheres]:

@@ -488,7 +488,7 @@ class TestBadInput:
         assert figures == [*re.findall(r"[\d.]+%?", repr(found))[:2], "0.1"]
 
     def test_closed_surfaces_that_hardly_agree_are_told(self, data_folder):
-        """A mirrored femur scored above those of chance without a word; one of a seventh of the vertices is no other."""
+        """A mirrored femur scored above those of chance without a word; one of few vertices is no other."""
         femur = sm.read_triangles(data_folder / "femur.off")
         mirrored = sm.TriangleMesh(femur.vertices * [-1, 1, 1], femur.faces[:, ::-1])
         with pytest.warns(
