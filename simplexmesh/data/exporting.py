@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import zipfile
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,6 +17,12 @@ from simplexmesh._base.named_arrays import is_color
 
 if TYPE_CHECKING:
     from simplexmesh.data.io.polydata import Polygons
+
+MOST_UNPACKED = 100
+"""Times as large as the file the content of a 3MF file may be: of triangles in a plane it is 10."""
+
+MOST_FACES = 50_000_000
+"""Triangles that all copies of the parts of a scene may have."""
 
 EXPORT = "the extra export: pip install 'simplexmesh[export]'"
 
@@ -88,26 +95,41 @@ def write_glb(path: Path, content: Polygons) -> None:
     path.write_bytes(_by_trimesh(replace(surface, data=data), "glb"))
 
 
-def read_glb(path: Path) -> Any:
-    """Return what a GLB file has as an object of trimesh, its parts in place, in meters; other files are not opened."""
+def read_scene(path: Path, kind: str) -> Any:
+    """Return what a file, "glb" or "3mf", has as an object of trimesh, its parts in place; other files stay closed."""
     trimesh, content = _trimesh(), path.read_bytes()
     try:
-        described = json.loads(content[20 : 20 + int.from_bytes(content[12:16], "little")])
-        if max((each["count"] for each in described.get("accessors", ())), default=0) > len(content):
-            raise ValueError("more entries than bytes")
-        scene = trimesh.load_scene(io.BytesIO(content), file_type="glb", process=False)
+        _check_sizes(content, kind)
+        scene = trimesh.load_scene(io.BytesIO(content), file_type=kind, process=False)
+        parts = (scene.geometry[scene.graph[node][1]] for node in scene.graph.nodes_geometry)
+        if sum(len(getattr(part, "faces", ())) for part in parts) > MOST_FACES:
+            raise ValueError("too many copies of parts")
         out = scene.to_geometry()
+    except ImportError as error:
+        raise ImportError(f"this needs {EXPORT}") from error
     except Exception as error:  # whatever damage makes of the numbers in it
         raise OSError(f"{path.name} is damaged, or uses extensions that trimesh does not know") from error
     if not isinstance(out, trimesh.Trimesh | trimesh.PointCloud):
         raise ValueError("must hold triangles or points, it has neither")
     if others := sum(not isinstance(each, type(out)) for each in scene.geometry.values()):
         warn(f"{path.name}: parts of the scene of another kind are left out: {others}")
-    out.units = "m"
+    out.units = "m" if kind == "glb" else scene.units
     if hasattr(out, "vertex_attributes"):  # the format begins names of its users with an underscore
         rows = {name.removeprefix("_"): np.array(values) for name, values in out.vertex_attributes.items()}
         out.vertex_attributes = {name: v[:, 0] if v.shape[1:] == (1,) else v for name, v in rows.items()}
     return out
+
+
+def _check_sizes(content: bytes, kind: str) -> None:
+    """Refuse files that would take much more memory than they have bytes."""
+    if kind == "3mf":
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            size, most = sum(member.file_size for member in archive.infolist()), MOST_UNPACKED * len(content)
+    else:
+        described = json.loads(content[20 : 20 + int.from_bytes(content[12:16], "little")])
+        size, most = max((each["count"] for each in described.get("accessors", ())), default=0), len(content)
+    if size > most:
+        raise ValueError("more entries than bytes")
 
 
 def write_3mf(path: Path, content: Polygons) -> None:

@@ -206,10 +206,13 @@ class TriangleMesh(Located):
 
         checks.flag("outward", outward)
         kept, mates, repairs = manifold.matched(self.faces)
-        faces, _, _ = manifold.oriented(self.vertices, kept, mates, outward=outward)
+        faces, _, turned = manifold.oriented(self.vertices, kept, mates, outward=outward)
         flipped = int(np.count_nonzero((faces != kept).any(axis=1)))
-        if flipped:
-            repairs.append(f"flipped {flipped:,} of {len(faces):,} triangles")
+        told = f"{flipped:,} of {len(faces):,} triangles"
+        if 0 < flipped < len(faces) and turned[0].endswith("components"):
+            repairs.append(f"turned outward {told}: closed components that face inward, as the walls of cavities do")
+        elif flipped:
+            repairs.append(f"flipped {told}")
         if not repairs:
             return self
         warn(", ".join(repairs))

@@ -93,8 +93,11 @@ def _rounded(value: float) -> float:
 
 
 def scale(values: Array, title: str, *, diverging: bool, limits: tuple[float, float] | None) -> dict[str, Any]:
-    """Return the options of `add_mesh` for scalars of simplex meshes: colormap, limits and scalar bar."""
-    known = values[np.isfinite(values)]
+    """Return the options of `add_mesh` for scalars of simplex meshes: colormap, limits and scalar bar.
+
+    The bar tells the share of the values beyond limits that nobody gave.
+    """
+    known, automatic = values[np.isfinite(values)], limits is None
     if limits is None and diverging:
         most = float(np.percentile(np.abs(known), 98)) if len(known) else 1.0
         limits = (-most or -1.0, most or 1.0)
@@ -105,6 +108,8 @@ def scale(values: Array, title: str, *, diverging: bool, limits: tuple[float, fl
             low, high = 0.0, min(most, max(4 * middle, high) or most)
         limits = (low, high if high > low else low + 1.0)
     limits = limits or (0.0, 1.0)
+    beyond = float(np.mean((known < limits[0]) | (known > limits[1]))) if automatic and len(known) else 0.0
+    title = ", ".join(filter(None, (title, f"{100 * beyond:.2g}% beyond" if beyond else "")))
     return {
         "scalars": "scalars",
         "cmap": blue_to_red(*limits) if diverging else "viridis",

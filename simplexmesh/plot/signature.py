@@ -72,9 +72,6 @@ def signature(
     if not isinstance(sai, SAI):
         raise TypeError(f"sai must be an SAI, as returned by simplexmesh.sai, not {type(sai).__name__}")
     values = np.where(sai.hidden, np.nan, sai.angles)
-    if limits is None:
-        most = float(np.nanpercentile(np.abs(values), 98))
-        limits = (-most, most)
     plotter = stage(columns=2 if fitted else 1)
     model = sai._domain.mesh
     outward = model.vertices if sai.topology == "sphere" else model.normals

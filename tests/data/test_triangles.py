@@ -223,6 +223,12 @@ class TestOriented:
         with pytest.warns(SimplexMeshWarning, match="^flipped 12 of 12 triangles$"):
             assert inside_out.oriented().volume == pytest.approx(6)
 
+    def test_the_wall_of_a_cavity_is_no_mistake(self, box):
+        cavity = np.concatenate([box.vertices, 0.5 * box.vertices]), np.concatenate([box.faces, box.faces[:, ::-1] + 8])
+        walls = "closed components that face inward, as the walls of cavities do"
+        with pytest.warns(SimplexMeshWarning, match=f"^turned outward 12 of 24 triangles: {walls}$"):
+            assert TriangleMesh(*cavity).oriented().volume == pytest.approx(1.125 * 6)
+
     def test_an_open_surface_goes_with_the_majority(self):
         surface = sm.cylinder(9, 4).triangulated()
         faces = surface.faces.copy()

@@ -11,6 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import simplexmesh as sm
+from simplexmesh.recognition.register import icp
+from simplexmesh.recognition.register.icp import find_correspondences
 from simplexmesh.surface.landmarks import morphed as morph
 from tests.nightly.marks import nightly
 
@@ -66,6 +68,20 @@ class TestAlign:
         pairs = body.vertices[[0, 300, 700, 1100]], body.vertices[[0, 700, 300, 1100]]
         with pytest.warns(sm.SimplexMeshWarning, match=r"^no rigid motion brings the pairs nearer than 0\.48:"):
             sm.align(body, body, pairs, refine=False)
+
+    def test_wrong_pairs_take_little_longer_than_right_ones(self, monkeypatch):
+        searched = []
+
+        def counted(source, target, tree, T, reach, chosen=slice(None)):
+            searched.append((reach, len(source.points[chosen])))
+            return find_correspondences(source, target, tree, T, reach, chosen)
+
+        monkeypatch.setattr(icp, "find_correspondences", counted)
+        body = potato().triangulated().sampled(9_000, rng=0)
+        sm.align(body, body, (body.points[[0, 300, 700, 1100]], body.points[[0, 700, 300, 1100]]))
+        last = min(reach for reach, _ in searched)
+        assert {count for reach, count in searched if reach > last} == {2_000}
+        assert {count for reach, count in searched if reach == last} == {9_000}
 
     def test_refines_what_the_pairs_say(self):
         body, T = potato(), rigid(3)

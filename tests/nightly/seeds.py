@@ -24,7 +24,7 @@ _KINDS = ("polygons", "image")
 WRITTEN = [
     *(f"{name}.{ending}" for name in _VTK for ending in ("vtp", "vti")),
     *(f"{name}-{version}-{kind}.vtk" for name in _KINDS for version in (42, 51) for kind in ("ASCII", "Binary")),
-    *("mesh.vtp", "mesh.ply", "mesh.obj", "mesh.off", "mesh.stl", "mesh.glb", "text.stl", "text.ply"),
+    *("mesh.vtp", "mesh.ply", "mesh.obj", "mesh.off", "mesh.stl", "mesh.glb", "mesh.3mf", "text.stl", "text.ply"),
     *("cloud.vtp", "cloud.ply", "cloud.xyz", "cloud.csv", "text.pcd", "binary.pcd", "packed.pcd"),
     *("a.mha", "a.mhd", "a.nrrd", "a.nhdr", "a.nii", "a.nii.gz", "a.hdr", "a.tif", "a.dcm"),
     *("packed.mha", "packed.nrrd", "signature.npz", "models.sml"),
@@ -36,7 +36,7 @@ def write(folder: Path) -> list[Path]:
     bare = sm.sphere(4)
     ball = bare.with_data(weight=np.arange(320))
     triangles = ball.triangulated()
-    for name in ("mesh.vtp", "mesh.ply", "mesh.obj", "mesh.off", "mesh.stl", "mesh.glb"):
+    for name in ("mesh.vtp", "mesh.ply", "mesh.obj", "mesh.off", "mesh.stl", "mesh.glb", "mesh.3mf"):
         (ball if name in ("mesh.vtp", "mesh.ply") else bare).save(folder / name)  # others hold no such array
     cloud = sm.PointCloud(ball.vertices, ball.normals)
     for name in ("cloud.vtp", "cloud.ply", "cloud.xyz"):

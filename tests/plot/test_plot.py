@@ -272,6 +272,12 @@ class TestScale:
         values = np.random.default_rng(0).exponential(size=2000) ** 3
         assert (values > self.limits(values, diverging=False)[1]).mean() == pytest.approx(0.02, abs=0.001)
 
+    def test_the_bar_tells_how_many_are_beyond_limits_that_nobody_gave(self, ball):
+        values = np.where(np.arange(320) < 4, 1000.0, 0.1)
+        assert list(sm.plot.surface(ball, scalars=values, unit="mm").scalar_bars.keys()) == ["1.2% beyond\n"]
+        given = scale(values, "x", diverging=False, limits=(0, 1))["scalar_bar_args"]["title"]
+        assert given == "x\n" == scale(values[4:], "x", diverging=False, limits=None)["scalar_bar_args"]["title"]
+
     @pytest.mark.parametrize("diverging", [True, False])
     @pytest.mark.parametrize("values", [[0.0, 0.0], [np.nan, np.nan], [5.0, 5.0]])
     def test_is_never_empty(self, values, diverging):
@@ -404,12 +410,12 @@ class TestPicture:
 
     def test_panels_use_the_level_for_volumes_only(self, ball):
         plotter = sm.plot.panels({"volume": ball_volume(), "mesh": ball}, level=0.0, scalars="mean_curvature")
-        assert list(plotter.scalar_bars.keys()) == ["mean curvature\n"]
+        assert list(plotter.scalar_bars.keys()) == ["mean curvature, 1.9% beyond\n"]
 
     def test_beside_colors_the_model_only(self, ball):
         plotter = sm.plot.beside(ball.vertices * 1.1, ball, scalars="distance", unit="mm")
         assert plotter.shape == (1, 2)
-        assert list(plotter.scalar_bars.keys()) == ["distance to the data (mm)\n"]
+        assert list(plotter.scalar_bars.keys()) == ["distance to the data (mm), 3.1% beyond\n"]
 
     @pytest.mark.parametrize(("function", "name"), [("panels", "things"), ("together", "things")])
     def test_several_objects_have_names(self, ball, function, name):

@@ -21,6 +21,7 @@ _FORMATS = {
     "obj": ("an OBJ", ".obj"),
     "off": ("an OFF", ".off"),
     "glb": ("a GLB", ".glb"),
+    "3mf": ("a 3MF", ".3mf"),
     "pcd": ("a PCD", ".pcd"),
     "las": ("an LAS", ".las .laz"),
     "e57": ("an E57", ".e57"),
@@ -62,8 +63,8 @@ def format_of(path: Path) -> str:
     if (found := _by_content(head, size)) is not None:
         return found
     named = SUFFIXES.get(suffix(path))
-    if named == "text" and _is_text(head):
-        return "text"
+    if (named == "text" and _is_text(head)) or (named == "3mf" and head.startswith(b"PK")):
+        return named
     if named == "stl" and is_binary_stl(head, size):
         return "stl"
     if named == "stl" and not _is_text(head) and len(head) >= 84:

@@ -18,13 +18,14 @@ from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.triangles import _kernels_intersection
 
 
-def crossing_triangles(points: Array, triangles: Indices) -> Indices:
-    """Return the pairs (m, 2) of triangles that cross, sorted, the smaller index first."""
+def crossing_triangles(points: Array, triangles: Indices, among: Mask | None = None) -> Indices:
+    """Return the pairs (m, 2) of triangles that cross, sorted, the smaller index first; with `among` (t,) one is so."""
     points, triangles = np.ascontiguousarray(points, np.float64), np.ascontiguousarray(triangles, np.int64)
     if not len(triangles):
         return np.zeros((0, 2), np.int64)
     low, high = _boxes(points, triangles)
     pairs = overlapping_boxes(low, high, 2 * float((high - low).max(axis=1).mean()))
+    pairs = pairs if among is None else pairs[among[pairs].any(axis=1)]
     starts = np.arange(len(triangles) + 1)
     pairs = pairs[_kernels_intersection.are_crossing_fans(points, triangles, starts, low, high, pairs)]
     return pairs[np.lexsort(pairs.T[::-1])]

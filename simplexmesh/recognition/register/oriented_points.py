@@ -50,6 +50,7 @@ class OrientedPoints:
     neighbor_distances: Array | None = None  # (n,) distance to the sixth neighbor
     given: bool = False  # whether the sign of the normals is that of the data, which may be wrong
     unit: str | None = None  # of the data, if that is known
+    is_closed: bool = False  # whether the data is triangles without a border, all of a body
 
     def __len__(self) -> int:
         return len(self.points)
@@ -100,7 +101,7 @@ def oriented_points(
     poses: ArrayLike | None = None, maximum: int = MOST_POINTS, fine: bool = True,
 ) -> OrientedPoints:  # fmt: skip
     """Return the surface of any data; without quadrics unless `fine`."""
-    cloud, given = _points_of(data, name, level=level, label=label, inside=inside, poses=poses)
+    cloud, given, is_closed = _points_of(data, name, level=level, label=label, inside=inside, poses=poses)
     rows = distinct(cloud.points)[0]
     _check_extent(cloud.points[rows], name)
     rows = rows[drawn_rows(len(rows), maximum, np.random.default_rng(0))]
@@ -115,7 +116,9 @@ def oriented_points(
     if quadrics is not None:
         _kernels_local_fits.fit_quadrics(points, near, normals, *quadrics)
     neighbor_distances = norm(points[near[:, 5]] - points)
-    return OrientedPoints(points, normals, spacing, noise, smooth, quadrics, neighbor_distances, given, cloud.unit)
+    return OrientedPoints(
+        points, normals, spacing, noise, smooth, quadrics, neighbor_distances, given, cloud.unit, is_closed
+    )  # fmt: skip
 
 
 def oriented_pair(
@@ -159,12 +162,13 @@ def _called(name: str) -> Iterator[None]:
         raise kind(message) from None
 
 
-def _points_of(data: Any, name: str, **options: Any) -> tuple[PointCloud, bool]:
-    """Return points on the surface of any data, with its unit and any normals, and whether these are unchecked."""
+def _points_of(data: Any, name: str, **options: Any) -> tuple[PointCloud, bool, bool]:
+    """Return points on any data, with its unit and any normals; whether these are unchecked, and it is closed."""
     with _called(name):
         found = as_input(data, components="all", **options)
     cloud = found.samples()
-    return replace(cloud, unit=found.source.unit), cloud.normals is not None and not found.oriented
+    unchecked = cloud.normals is not None and not found.oriented
+    return replace(cloud, unit=found.source.unit), unchecked, getattr(found.source, "is_closed", False)
 
 
 def _check_extent(points: Array, name: str) -> None:

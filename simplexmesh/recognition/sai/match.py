@@ -24,6 +24,9 @@ from simplexmesh.recognition.sai.sphere_domain import SphereDomain, sphere_domai
 SCALES = (0.6, 0.77, 1.0, 1.3, 1.69)
 """Multiples of k that are tried if the scale is not given."""
 
+MOST = 100
+"""Hypotheses that may be asked for: of an egg 7 of 100 differ, and the time grows with the square of the number."""
+
 AREAS = 6.0
 """Ratio of areas, for the share of the sphere, up to which one is taken for a part of the other."""
 
@@ -48,7 +51,7 @@ def match(
         Of one frequency and topology. Those on a torus, cylinder or disc are compared under all shifts along periodic
         directions, and half turns; `method`, `refine` and `scale` are for spheres.
     best : int
-        Maximum number of hypotheses, each at least 15 degrees from the others.
+        Maximum number of hypotheses, up to 100, each at least 15 degrees from the others.
     minimum_overlap : float
         Minimum size of the common part, as a fraction of the smaller visible part.
     method : {"even", "darts"}
@@ -95,7 +98,7 @@ def match(
     """
     check_comparable(source, target)
     sai_a, sai_b = target, source
-    best = checks.integer("best", best, 1)
+    best = checks.integer("best", best, 1, MOST)
     minimum_overlap = checks.number("minimum_overlap", minimum_overlap, 0.0, 1.0, open_low=True)
     smoothing = checks.integer("smoothing", smoothing, 0)
     limit = checks.number("limit", limit, 0.0, np.pi, open_low=True)

@@ -22,6 +22,9 @@ from simplexmesh.surface.features._kernels_tolerance import Change, Spheres, Tri
 FEW_REMOVED = 0.05
 """Of the vertices that are left: fewer in a round are not worth another."""
 
+PATIENCE = 8
+"""Times the surface is simplified again with no more frozen than what crosses: scans need up to 8, noise dozens."""
+
 MOST_REPLACED = 64
 """Triangles that one change may make: a vertex of more stays."""
 
@@ -116,19 +119,23 @@ def _simplified(local: Array, fans: Indices, mates: Indices, radii: Array, longe
 
     `fans` (t, 3) are the triangles given, with a vertex for each fan of triangles around one. Where the result would
     cross itself, it is found again with the triangles around the corners there frozen, and a quarter of the tolerance
-    of the vertices below, until only given triangles cross.
+    of the vertices below, until only given triangles cross; after some times, with more and more around these.
     """
     frozen, radii = frozen.copy(), radii.copy()
-    while True:
+    crossing, again = np.zeros((1, 2), np.int64), 0
+    while len(crossing):
         tri, spheres = watched(local, fans, mates, radii, frozen)
         _change(tri, spheres, longest)
         triangles = tri.corners.reshape(-1, 3)
         there = np.flatnonzero((triangles[:, 2] >= 0) & (triangles[:, 2] < tri.caps))
-        crossing = there[crossing_triangles(local, triangles[there])]
-        if frozen[triangles[crossing]].all():
-            return triangles[there]
+        changed = (triangles[there] != fans[there]).any(axis=1)
+        crossing = there[crossing_triangles(local, triangles[there], changed)]
         frozen[triangles[crossing]] = True
+        for _ in range(again - PATIENCE):
+            frozen[fans[frozen[fans].any(axis=1)]] = True
         radii[np.isin(_kernels_tolerance.holders(spheres)[: tri.caps], crossing)] /= 4
+        again += 1
+    return triangles[there]
 
 
 def watched(local: Array, fans: Indices, mates: Indices, radii: Array, frozen: Mask) -> tuple[Triangulation, Spheres]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import struct
+import zipfile
 from dataclasses import replace
 
 import numpy as np
@@ -375,6 +376,42 @@ def test_3mf_is_in_millimeters(tmp_path):
     pytest.importorskip("lxml")
     SURFACE.with_data(**dict.fromkeys(DATA)).in_unit("m").save(tmp_path / "a.3mf")
     assert_allclose(trimesh.load(tmp_path / "a.3mf").extents, np.ptp(SURFACE.bounds, axis=0), rtol=1e-9)
+
+
+def test_3mf_is_read_back_in_its_unit(tmp_path):
+    pytest.importorskip("lxml")
+    plain = SURFACE.with_data(**dict.fromkeys(DATA))
+    plain.save(tmp_path / "a.3mf")
+    found = sm.read_triangles(tmp_path / "a.3mf")
+    assert found.unit == "mm"
+    assert_allclose(found.vertices, plain.in_unit("mm").vertices, rtol=1e-9, atol=1e-9)
+    assert_array_equal(found.faces, plain.faces)
+    trimesh = pytest.importorskip("trimesh")
+    scene = trimesh.Scene(trimesh.creation.box())
+    scene.add_geometry(trimesh.creation.icosphere(), transform=trimesh.transformations.translation_matrix([5, 0, 0]))
+    scene.units = "inch"
+    scene.export(tmp_path / "b.3mf")
+    both = sm.read(tmp_path / "b.3mf")
+    assert_allclose(both.bounds, [[-0.5, -1, -1], [6, 1, 1]], atol=1e-6)
+    assert (both.n_vertices, both.n_faces) == (8 + 642, 12 + 1280)
+
+
+@pytest.mark.parametrize("damage", ["cut", "bomb", "copies", "empty"])
+def test_a_damaged_3mf_file_is_refused(damage, tmp_path, monkeypatch):
+    pytest.importorskip("lxml")
+    path = tmp_path / "a.3mf"
+    sm.TriangleMesh(SURFACE.vertices, SURFACE.faces).save(path)
+    content = path.read_bytes()
+    if damage == "bomb":
+        monkeypatch.setattr("trimesh.load_scene", lambda *_, **__: pytest.fail("unpacked"))
+        with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive:
+            archive.writestr("3D/more.model", b" " * 2000 * len(content))
+    elif damage == "copies":
+        monkeypatch.setattr("simplexmesh.data.exporting.MOST_FACES", SURFACE.n_faces - 1)
+    else:
+        path.write_bytes(content[: len(content) // 2 if damage == "cut" else 2])
+    with pytest.raises(OSError, match=r"a.3mf is damaged"):
+        sm.read(path)
 
 
 @pytest.mark.parametrize("ending", [".glb", ".3mf"])

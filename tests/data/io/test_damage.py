@@ -128,7 +128,7 @@ VTK = (
         ("a.mhd", MHD.format("1 0 1", "LOCAL"), "a.mhd must have positive spacing, not ElementSpacing = 1 0 1"),
         ("a.nhdr", NHDR, "a.nhdr cannot be read as a volume"),
         ("a.vtk", VTK, "a.vtk must be a VTK image or polygons"),
-        ("a", "nothing at all", "a has an unknown format; known ones are .asc, .csv"),
+        ("a", "nothing at all", "a has an unknown format; known ones are .3mf, .asc, .csv"),
     ],
 )
 def test_wrong_content(name, text, message, tmp_path, capfd):

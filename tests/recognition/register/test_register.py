@@ -487,6 +487,16 @@ class TestBadInput:
         figures = re.findall(r"[\d.]+%?", str(heard[0].message))  # those that the result shows, and the limit
         assert figures == [*re.findall(r"[\d.]+%?", repr(found))[:2], "0.1"]
 
+    def test_closed_surfaces_that_hardly_agree_are_told(self, data_folder):
+        """A mirrored femur scored above those of chance without a word; one of few vertices is no other."""
+        femur = sm.read_triangles(data_folder / "femur.off")
+        mirrored = sm.TriangleMesh(femur.vertices * [-1, 1, 1], femur.faces[:, ::-1])
+        with pytest.warns(
+            sm.SimplexMeshWarning, match=r"score is 0\.\d\d, its overlap \d+%, and closed surfaces of one"
+        ):
+            assert 0.1 < sm.register(mirrored, femur).score < 0.5
+        assert sm.register(sm.simplify(femur, 0.01 * femur.diagonal), femur).score < 0.5
+
     @pytest.mark.parametrize("count", [60, 120, 199])
     def test_that_few_points_tell_no_pose_is_told(self, count):
         """Of 60 points all poses were wrong, of 120 half of them, without a word."""

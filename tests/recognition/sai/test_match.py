@@ -320,6 +320,7 @@ class TestDoor:
         "wrong",
         [
             {"best": 0},
+            {"best": 101},
             {"minimum_overlap": 0.0},
             {"minimum_overlap": 1.5},
             {"method": "random"},

@@ -12,7 +12,8 @@ import simplexmesh as sm
 from simplexmesh.mesh.manifold import half_edge_mates
 from simplexmesh.mesh.triangles.self_intersection import crossing_triangles
 from simplexmesh.motion.targets.triangles import surface_distance
-from simplexmesh.surface.features.simplify import _simplified
+from simplexmesh.surface.features import simplify as simplifying
+from simplexmesh.surface.features.simplify import _change, _simplified
 
 BODIES = {
     "ball": sm.sphere(8).triangulated("dual"),
@@ -313,6 +314,18 @@ def test_triangles_that_crossed_before_are_no_reason_to_stop():
     crossing = out.vertices[out.faces[np.unique(crossing_triangles(out.vertices, out.faces))]]
     known = {tuple(map(tuple, corners)) for corners in np.sort(crossed.vertices[crossed.faces], axis=1).tolist()}
     assert {tuple(map(tuple, corners)) for corners in np.sort(crossing, axis=1).tolist()} <= known
+
+
+def test_a_crumpled_surface_is_given_up_before_long(monkeypatch):
+    times = []
+    monkeypatch.setattr(simplifying, "_change", lambda *given: times.append(1) or _change(*given))
+    ball = sm.sphere(30).triangulated("dual")
+    noise = np.random.default_rng(0).normal(size=ball.vertices.shape)
+    assert sm.simplify(sm.TriangleMesh(ball.vertices + 0.02 * noise, ball.faces), 0.02).n_vertices < 7_000
+    assert len(times) <= 8  # sixteen, and 7,583 vertices, where triangles that crossed before were frozen too
+    times.clear()
+    assert sm.simplify(sm.TriangleMesh(ball.vertices + 0.03 * noise, ball.faces), 0.06).n_vertices <= ball.n_vertices
+    assert len(times) <= 12
 
 
 def test_scans_and_parts(data_folder):
