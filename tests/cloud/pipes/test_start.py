@@ -109,5 +109,5 @@ def test_a_ball_is_no_pipe(seen):
     ways /= np.linalg.norm(ways, axis=1)[:, None]
     points = 0.3 * ways[ways[:, 0] > seen]
     floor = rng.uniform(-1, 1, (3000, 3)) * [1, 1, 0] - [0, 0, 0.3]
-    with pytest.raises(ValueError, match="points there are on a ball of radius 0.3"):
+    with pytest.raises(ValueError, match=r"on a ball of radius 0\.3"):
         sm.follow_pipe(np.concatenate([points, floor]) + rng.normal(0, 0.002, (len(points) + 3000, 3)), points[0])
