@@ -29,6 +29,7 @@ from simplexmesh.cloud.pipes.tracing.start import Beginning, beginning
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import JUMP, Track
 from simplexmesh.cloud.validation.selection import bic
+from simplexmesh.cloud.validation.validation import MOST_POINTS
 from simplexmesh.numerics import scan_lines
 
 MOST_CHANGES = 10
@@ -107,7 +108,8 @@ def radius_limits(radius: float | tuple[float, float] | None) -> tuple[float, fl
 
 def refuse_ball(line: PipeLine, points: Array) -> None:
     """Refuse a line whose points are as well on a sphere, which has fewer parameters."""
-    ball = starts.start("sphere", points)
+    points = points[:: max(len(points) // MOST_POINTS, 1)]
+    ball = starts.start("sphere", points) if len(points) else None
     if ball is None:
         return
     ball, count = steady(ball, points, None), len(points)  # robust, as what it lies on is near it too
