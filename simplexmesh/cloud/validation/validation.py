@@ -153,8 +153,8 @@ def _relief_tests(
     averaging = smoothing.nearest_neighbors(at)
     found = float(regression.nested_model_statistic(rest, outer, inner))
     law = regression.nested_model_statistic(trial, outer, inner)
-    rho = float(smoothing.smoothed_ratio(rest, smoothing.means(rest, averaging)))
-    rho_law = smoothing.smoothed_ratio(trial, smoothing.means(trial, averaging))
+    rho = float(smoothing.smoothed_ratio(rest, averaging @ rest))
+    rho_law = smoothing.smoothed_ratio(trial, averaging @ trial)
     return (
         Outcome(found, smoothing.at_least(found, law), level),
         Outcome(rho, smoothing.at_least(rho, rho_law), level),

@@ -58,7 +58,7 @@ class TestProtocols:
         found = []
         for seed in range(8):
             fit = cylinder_fit(cone_points(np.random.default_rng(seed), noise, np.radians(half_angle)))
-            smooth = smoothing.means(fit.residuals, smoothing.nearest_neighbors(fit.points))
+            smooth = smoothing.nearest_neighbors(fit.points) @ fit.residuals
             regression = fitted.regression_test(fit.residuals, unfolded(fit.coordinates, ROUND))
             rho = float(smoothing.smoothed_ratio(fit.residuals, smooth))
             result = verdict(fit, seed)
@@ -184,7 +184,7 @@ class TestPower:
         assert result.valid
         assert result.normality.p_value < 1e-6
         in_space = smoothing.nearest_neighbors(at + walls[:, None] * [0, 0, 1])
-        assert smoothing.smoothed_ratio(walls, smoothing.means(walls, in_space)) > 10
+        assert smoothing.smoothed_ratio(walls, in_space @ walls) > 10
         assert not validated(at, walls, at[:, :2], 3, noise=0.01).valid
 
 
