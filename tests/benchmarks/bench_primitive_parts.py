@@ -22,10 +22,11 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import simplexmesh as sm
-from tests.cloud.fitting.test_real_parts import PARTS, part
+from tests.cloud.fitting.test_real_parts import part
 from tests.cloud.scenes.plant import Scene, plant_scene
 from tests.cloud.scenes.scoring import matched, score
 
+PARTS = ("PC18", "PC42", "PC49")
 FEW = 50  # points of shapes that are counted apart
 APART = 40.0  # metres between plants
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,10 @@ from simplexmesh.cloud.fitting.refine import Cloud, cloud_of, deviation, fitted,
 from simplexmesh.cloud.fitting.solver import solve
 from simplexmesh.cloud.fitting.starts import scaled
 from simplexmesh.data.primitives import Primitive
+
+MISFIT, ROUNDED = 2.0, 1e-3
+"""Of the spread of points about a free fit, that about one with known values at which these are doubted; in sizes of
+the points, that which rounded values have."""
 
 
 def fit_primitive(
@@ -92,7 +97,8 @@ def fit_primitive(
     Warns
     -----
     SimplexMeshWarning
-        A simpler kind suits the points as well: the parameters of the wanted one are hardly determined.
+        A simpler kind suits the points as well: the parameters of the wanted one are hardly determined. Points are
+        over twice as far away as without what is taken as known.
 
     References
     ----------
@@ -148,7 +154,20 @@ def _wanted(kind: str, cloud: Cloud, given: Given) -> Primitive:
     if mask is None:
         some = without_outliers(found, cloud.some, None)[1] if given.robust else np.ones(len(cloud.some), bool)
         _compare_with_simpler(found, cloud, some, robust=given.robust)
+    else:
+        _compare_with_free(found, cloud, given)
     return found
+
+
+def _compare_with_free(found: Primitive, cloud: Cloud, given: Given) -> None:
+    """Warn if points are much nearer to a primitive of other values than those taken as known."""
+    free = fitted(found.kind, replace(cloud, known={}), None, robust=given.robust, start=None)
+    if free is None or len(cloud.some) <= free.n_parameters:
+        return
+    near, far = (spread(each, cloud.some, robust=given.robust) for each in (free, found))
+    if far > max(MISFIT * near, ROUNDED) and selection.score(free, cloud.some) < selection.score(found, cloud.some):
+        held_to, nearest = " and ".join(given.known), scaled(free, given.size, given.middle)
+        warn(f"with {held_to} as known the points are {far / near:.3g} times as far away as from {nearest}")
 
 
 def _compare_with_simpler(found: Primitive, cloud: Cloud, some: Mask, *, robust: bool) -> None:

@@ -13,7 +13,9 @@ from scipy.spatial import cKDTree
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import norm
-from simplexmesh.cloud.fitting.refine import WITHIN
+from simplexmesh.cloud.fitting import starts
+from simplexmesh.cloud.fitting.refine import WITHIN, steady
+from simplexmesh.cloud.fitting.selection import DECISIVE
 from simplexmesh.cloud.given_cloud import given_cloud
 from simplexmesh.cloud.pipes.chain import Chain
 from simplexmesh.cloud.pipes.diameters import is_joint, joined, next_beside, next_radius
@@ -26,6 +28,8 @@ from simplexmesh.cloud.pipes.tracing.segmenting import segmented
 from simplexmesh.cloud.pipes.tracing.start import Beginning, beginning
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import JUMP, Track
+from simplexmesh.cloud.validation.selection import bic
+from simplexmesh.cloud.validation.validation import MOST_POINTS
 from simplexmesh.numerics import scan_lines
 
 MOST_CHANGES = 10
@@ -51,7 +55,8 @@ def follow_pipe(
     radius : float or (float, float), optional
         The radius of the pipe, if it is known, or its least and greatest.
     gap : float
-        Longest shadow to jump over, in radii of the pipe; 0 for none.
+        Longest shadow to jump over, in radii of the pipe; 0 for none. Pipes of other diameters on the same axis, as
+        behind reducers, are looked for within five radii of an end, and eccentric ones within eight, whatever it is.
 
     Returns
     -------
@@ -61,7 +66,7 @@ def follow_pipe(
     Raises
     ------
     ValueError
-        No points near the pick, or no cylinder there.
+        No points near the pick, or no cylinder there, or a ball.
 
     References
     ----------
@@ -84,6 +89,7 @@ def follow_pipe(
     tree = cKDTree(points, balanced_tree=False, compact_nodes=False)
     start = beginning(scan_lines.even(tree).tree, place - origin, limits, reach)
     line = line_of(tree, origin, *followed(start))
+    refuse_ball(line, data.points[line.labels >= 0])
     return replace(with_stops(line, tree, origin), unit=data.unit)
 
 
@@ -98,6 +104,21 @@ def radius_limits(radius: float | tuple[float, float] | None) -> tuple[float, fl
     if not 0 <= low < high:
         raise ValueError(f"radius must be a number, or a least and a greater one, not {low:g} and {high:g}")
     return float(low), float(high)
+
+
+def refuse_ball(line: PipeLine, points: Array) -> None:
+    """Refuse a line whose points are as well on a sphere, which has fewer parameters."""
+    points = points[:: max(len(points) // MOST_POINTS, 1)]
+    ball = starts.start("sphere", points) if len(points) else None
+    if ball is None:
+        return
+    ball, count = steady(ball, points, None), len(points)  # robust, as what it lies on is near it too
+    one, other = (
+        bic(each.normal_equations(points, loss_scale=line.rms)[2], count, each.n_parameters)
+        for each in (ball, line.chain)
+    )
+    if one <= other + DECISIVE:
+        raise ValueError(f"pick must be on a pipe, but the points there are on a ball of radius {ball._shape[0]:.4g}")
 
 
 def followed(found: Beginning) -> tuple[Chain, Array, float, tuple[str, str]]:

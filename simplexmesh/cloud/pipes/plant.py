@@ -107,7 +107,7 @@ def extract_pipes(
     radius : float or (float, float), optional
         The radius of all pipes, or the least and the greatest.
     gap : float
-        Longest shadow to jump over, in radii of the pipe.
+        Longest shadow to jump over, in radii of the pipe, as in `follow_pipe`.
     rng : int or Generator
         For the choice of picks.
     progress : bool or callable, optional

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import comb, ndtr
+from scipy.special import ndtr
 
 from simplexmesh._base.arrays import Array
 from simplexmesh.cloud.validation.outcome import Outcome
-
-FEW = 10
-"""Of either sign: with more the number of runs is about normal (Draper and Smith 1966)."""
 
 TURNS = 4
 """Of a helix over the unfolded surface."""
@@ -22,30 +19,13 @@ def runs_test(residuals: Array) -> Outcome:
     The statistic is the number of runs, less its expectation, in deviations; without noise on either side it is 0.
     """
     positive = residuals > 0
-    n1 = int(np.count_nonzero(positive))
-    n2 = len(residuals) - n1
-    if min(n1, n2) == 0:
+    n, n1 = len(residuals), int(np.count_nonzero(positive))
+    if n1 in (0, n):
         return Outcome(0.0, 1.0)
-    runs = 1 + int(np.count_nonzero(positive[1:] != positive[:-1]))
-    twice = 2 * n1 * n2
-    deviation = np.sqrt(twice * (twice - n1 - n2) / ((n1 + n2) ** 2 * max(n1 + n2 - 1, 1)))
-    difference = runs - twice / (n1 + n2) - 1
-    statistic = float(difference / deviation) if deviation > 0 else 0.0
-    if max(n1, n2) <= FEW:
-        return Outcome(statistic, _fewer(runs, n1, n2))
-    return Outcome(statistic, float(ndtr((difference + 0.5) / deviation)))
-
-
-def _fewer(runs: int, n1: int, n2: int) -> float:
-    """Return the probability of at most some runs of n1 and n2 signs, by counting."""
-    ways = 0.0
-    for count in range(2, runs + 1):
-        half = count // 2
-        if count % 2 == 0:
-            ways += 2 * comb(n1 - 1, half - 1) * comb(n2 - 1, half - 1)
-        else:
-            ways += comb(n1 - 1, half) * comb(n2 - 1, half - 1) + comb(n1 - 1, half - 1) * comb(n2 - 1, half)
-    return float(min(1.0, ways / comb(n1 + n2, n1)))
+    runs, twice = 1 + int(np.count_nonzero(positive[1:] != positive[:-1])), 2 * n1 * (n - n1)
+    deviation = np.sqrt(twice * (twice - n) / (n**2 * (n - 1)))
+    difference = runs - twice / n - 1
+    return Outcome(float(difference / deviation), float(ndtr((difference + 0.5) / deviation)))
 
 
 def helix_order(unfolded: Array, turns: int = TURNS) -> NDArray[np.intp]:

@@ -17,18 +17,13 @@ TRIALS = 399
 
 
 def nearest_neighbors(points: Array, k: int = NEIGHBORS) -> csr_array:
-    """Return the matrix (n, n) that averages over the k nearest points, itself among them; of any dimension.
+    """Return the matrix (n, n) that averages (eq. 5.7) over the k nearest points, itself among them; of any dimension.
 
     Points are to be on the surface: points off it are near where their residuals are alike.
     """
     index = cKDTree(points).query(points, k=range(1, min(k, len(points)) + 1))[1]
     share = np.full(index.size, 1.0 / index.shape[1])
     return csr_array((share, index.ravel(), np.arange(0, index.size + 1, index.shape[1])), shape=(len(points),) * 2)
-
-
-def means(residuals: Array, averaging: csr_array) -> Array:
-    """Return the mean (n,) or (n, m) over neighbors (eq. 5.7)."""
-    return averaging @ residuals
 
 
 def smoothed_ratio(residuals: Array, smoothed: Array) -> Array:

@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from scipy.special import chdtrc
 
-from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
 from simplexmesh.cloud.validation import regression, selection, smoothing
-from simplexmesh.cloud.validation.known_noise import chi_square_test
 from simplexmesh.cloud.validation.normality import normality_test
 from simplexmesh.cloud.validation.outcome import SIGNIFICANCE, Outcome
 from simplexmesh.cloud.validation.runs import helix_order, runs_test
@@ -94,14 +92,14 @@ class Validation:
 
 
 def validated(
-    points: ArrayLike,
-    residuals: ArrayLike,
-    coordinates: ArrayLike,
+    points: Array,
+    residuals: Array,
+    coordinates: Array,
     parameters: int,
     *,
     noise: float | None = None,
     periods: tuple[bool, bool] = (False, False),
-    derivatives: ArrayLike | None = None,
+    derivatives: Array | None = None,
     rng: int | np.random.Generator = 0,
 ) -> Validation:
     """Return whether residuals of a fitted surface are those of noise, independent of where on the surface.
@@ -111,26 +109,36 @@ def validated(
     (n, p) of the distances by the `parameters` that were fitted the level is kept: a fit takes from residuals what
     these explain, so that without them only 1 or 2 right models in 100 are rejected, and wrong ones less too.
     """
-    at, d, uv, J, p = _checked(points, residuals, coordinates, parameters, derivatives)
-    deviation = None if noise is None else checks.number("noise", noise, 0.0, open_low=True)
-    square_sum, n = float(d @ d), len(d)
-    told = (selection.rms(square_sum, n), selection.noise(square_sum, n, p), n)
+    at, d, uv, n = points, residuals, coordinates, len(points)
+    J = np.ones((n, 1)) if derivatives is None else derivatives
+    square_sum = float(d @ d)
+    told = (selection.rms(square_sum, n), selection.noise(square_sum, n, parameters), n)
     if told[0] <= max(NEGLIGIBLE * float(np.ptp(at, axis=0).max()), ROUNDING * float(np.abs(at).max())):
         exact = Outcome(0.0, 1.0)
         return Validation(*told, 0, exact, exact, None if noise is None else exact, exact, exact)
-    generator = checks.generator("rng", rng)
+    generator = np.random.default_rng(rng)
     if n > MOST_POINTS:
         some = generator.choice(n, MOST_POINTS, replace=False)
         at, d, uv, J = at[some], d[some], uv[some], J[some]
     inner, flat = regression.orthonormal(J), unfolded(uv, periods)
     rest = d - inner @ (inner.T @ d)
-    level = 1 - (1 - SIGNIFICANCE) ** (1 / (2 if deviation is None else 3))
+    level = 1 - (1 - SIGNIFICANCE) ** (1 / (2 if noise is None else 3))
     relief, smooth = _relief_tests(rest, inner, flat, at, generator, level)
     chi = None
-    if deviation is not None:
-        known = chi_square_test(d, deviation, p * len(d) / n)
+    if noise is not None:
+        known = chi_square_test(d, noise, parameters * len(d) / n)
         chi = Outcome(known.statistic, known.p_value, level)
     return Validation(*told, len(d), relief, smooth, chi, normality_test(rest), runs_test(rest[helix_order(flat)]))
+
+
+def chi_square_test(residuals: Array, noise: float, parameters: float) -> Outcome:
+    """Test whether residuals are larger than noise of a deviation.
+
+    The sum of (residual / noise)^2 has the chi-square law with n - parameters degrees of freedom (Chaperon 2002,
+    section 5.2.2, where the ratio of deviations is said to have it).
+    """
+    statistic = float(((residuals / noise) ** 2).sum())
+    return Outcome(statistic, float(chdtrc(len(residuals) - parameters, statistic)))
 
 
 def _relief_tests(
@@ -145,24 +153,9 @@ def _relief_tests(
     averaging = smoothing.nearest_neighbors(at)
     found = float(regression.nested_model_statistic(rest, outer, inner))
     law = regression.nested_model_statistic(trial, outer, inner)
-    rho = float(smoothing.smoothed_ratio(rest, smoothing.means(rest, averaging)))
-    rho_law = smoothing.smoothed_ratio(trial, smoothing.means(trial, averaging))
+    rho = float(smoothing.smoothed_ratio(rest, averaging @ rest))
+    rho_law = smoothing.smoothed_ratio(trial, averaging @ trial)
     return (
         Outcome(found, smoothing.at_least(found, law), level),
         Outcome(rho, smoothing.at_least(rho, rho_law), level),
     )
-
-
-def _checked(
-    points: ArrayLike, residuals: ArrayLike, coordinates: ArrayLike, parameters: int, derivatives: ArrayLike | None
-) -> tuple[Array, Array, Array, Array, int]:
-    """Return the arrays of as many points, and derivatives, of a constant if none were given."""
-    at = checks.array("points", points, (None, 3))
-    n, p = len(at), checks.integer("parameters", parameters, 0)
-    d, uv = checks.array("residuals", residuals, (n,)), checks.array("coordinates", coordinates, (n, 2))
-    if n <= p + TERMS:
-        raise ValueError(f"points must be at least {p + TERMS + 1} to test {p} parameters, not {n}")
-    J = np.ones((n, 1)) if derivatives is None else checks.array("derivatives", derivatives, (n, None))
-    if J.shape[1] > p:
-        raise ValueError(f"derivatives must be by the {p} parameters, not {J.shape[1]}")
-    return at, d, uv, J, p

@@ -76,6 +76,9 @@ class Primitive:
     _moves: ClassVar[tuple[int, ...]] = (0, 1, 2, 3, 4)
     """Which motions of a frame change it: two tilts of the axis, two shifts across it, one along it, a turn."""
 
+    across: Array | None = None
+    """Where coordinates about the axis begin, of those that tell it."""
+
     fit: Fit | None
 
     def __post_init__(self) -> None:
@@ -88,6 +91,8 @@ class Primitive:
             else:
                 value = checks.number(name, value, 0.0, open_low=True)
             object.__setattr__(self, name, value)
+        if self.across is not None:
+            object.__setattr__(self, "across", perpendicular("across", self.across, self._pose[1]))
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({', '.join(f'{k} {_text(getattr(self, k))}' for k in self._names())})"
@@ -203,7 +208,8 @@ class Primitive:
             raise ValueError("T_target_source must have one scale: primitives stay what they are by no other map")
         origin, axis = self._pose
         moved = matrix[:3, :3] @ origin + matrix[:3, 3]
-        return self._with(moved, matrix[:3, :3] @ axis / scale, *self._scaled(scale))
+        out = self._with(moved, matrix[:3, :3] @ axis / scale, *self._scaled(scale))
+        return out if self.across is None else replace(cast(Any, out), across=matrix[:3, :3] @ self.across)
 
     def centered(self, points: ArrayLike) -> Self:
         """Return the same surface, where it has a choice with the point nearest to the middle of points (n, 3)."""
@@ -318,8 +324,9 @@ class Primitive:
 
     def _across(self) -> Array:
         """Return two directions (2, 3) across the axis."""
-        frame: Array = kernels.framed(self._pose[1])
-        return frame[:2]
+        axis = self._pose[1]
+        frame: Array = kernels.framed(axis)
+        return frame[:2] if self.across is None else np.stack([self.across, np.cross(axis, self.across)])
 
     def _scaled(self, scale: float) -> tuple[float, ...]:
         """Return the measures of the shape when lengths are scaled."""

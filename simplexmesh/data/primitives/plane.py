@@ -13,7 +13,7 @@ from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import normalized
 from simplexmesh.data.primitives import _kernels_profiles
-from simplexmesh.data.primitives.base import Primitive, perpendicular
+from simplexmesh.data.primitives.base import Primitive
 from simplexmesh.data.primitives.fits import Fit
 
 ROUNDING = 1e-12
@@ -52,18 +52,6 @@ class Plane(Primitive):
     fit: Fit | None = None
     across: Array | None = None
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.across is not None:
-            object.__setattr__(self, "across", perpendicular("across", self.across, self.normal))
-
-    def transformed(self, T_target_source: ArrayLike) -> Self:
-        """Return it in the target frame of a similarity (4, 4), without its fit."""
-        moved = super().transformed(T_target_source)
-        if self.across is None:
-            return moved
-        return replace(moved, across=np.asarray(T_target_source, float)[:3, :3] @ self.across)
-
     def aligned(self, points: Array) -> Self:
         """Return the same plane with coordinates along the sides of the smallest rectangle around points (n, 3)."""
         at = self.coordinates(points)
@@ -86,11 +74,6 @@ class Plane(Primitive):
     def at(self, coordinates: ArrayLike) -> Array:
         """Return the points (n, 3) of such lengths (n, 2)."""
         return self.point + checks.array("coordinates", coordinates, (None, 2)) @ self.frame[:2]
-
-    def _across(self) -> Array:
-        if self.across is None:
-            return super()._across()
-        return np.stack([self.across, np.cross(self.normal, self.across)])
 
     def _area_density(self, uv: Array) -> Array:
         return np.ones(len(uv))

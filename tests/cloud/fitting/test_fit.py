@@ -131,7 +131,8 @@ def test_known_parameters_are_kept(kind, known):
 
 def test_a_wrong_known_radius_is_kept_too():
     _, points = noisy("cylinder")
-    found = sm.fit_primitive(points, "cylinder", radius=2.3)
+    with pytest.warns(sm.SimplexMeshWarning, match="with radius as known"):
+        found = sm.fit_primitive(points, "cylinder", radius=2.3)
     assert found.radius == 2.3
     assert found.rms > 1.3 * sm.fit_primitive(points, "cylinder").rms
 

@@ -86,6 +86,25 @@ def _start(wanted, points):
     return starts[wanted]
 
 
+@pytest.mark.parametrize("robust", [False, True])
+@pytest.mark.parametrize("radius", [1000.0, 0.06])
+def test_a_radius_that_points_contradict_is_told(radius, robust):
+    """A pipe of radius 0.05 is nearly a plane of one of 1000: distances are noise to all tests."""
+    with pytest.warns(sm.SimplexMeshWarning, match=r"^with radius as known the points are .* radius 0\.0[45]"):
+        sm.fit_primitive(pipe_of_5_cm(), "cylinder", radius=radius, robust=robust)
+
+
+@pytest.mark.parametrize("known", [{"radius": 0.0505}, {"axis": [0, 0.002, 1]}, {"point": [0, 0, 7]}])
+def test_values_that_are_nearly_right_are_not_warned_of(known):
+    assert sm.fit_primitive(pipe_of_5_cm(), "cylinder", **known).radius == pytest.approx(0.05, rel=0.02)
+
+
+def pipe_of_5_cm():
+    rng = np.random.default_rng(0)
+    turn, height = rng.uniform([0, 0], [2 * np.pi, 1], (2000, 2)).T
+    return np.stack([0.05 * np.cos(turn), 0.05 * np.sin(turn), height], axis=1) + rng.normal(0, 1e-3, (2000, 3))
+
+
 def test_the_wanted_kind_is_not_warned_of():
     for kind in SURFACES:
         with warnings.catch_warnings():

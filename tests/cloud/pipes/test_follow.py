@@ -18,7 +18,7 @@ from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import Step, Track
 from tests.cloud.pipes.lines import meeting, random_line, sampled, unit
 from tests.cloud.scenes.line_scoring import line_score
-from tests.cloud.scenes.piping import pipe_line
+from tests.cloud.scenes.piping import View, pipe_line
 from tests.nightly.marks import nightly
 
 
@@ -436,9 +436,18 @@ class TestRefused:
 
 
 def test_a_chain_is_fitted_once_for_all_simpler_ones(monkeypatch):
-    chain = chain_of([[0, 0, 0], [10, 0, 0], [20, 1, 0], [30, 1, 1], [40, 2, 1], [50, 2, 2]], [9, 9, 9, 9], 1.0)
+    ways = np.radians([0, 30, 60, 30, 0])
+    steps = np.array([10, 5, 20, 5, 10])[:, None] * np.stack([np.cos(ways), np.sin(ways), 0 * ways], axis=1)
+    chain = chain_of(np.vstack([np.zeros(3), np.cumsum(steps, axis=0)]), [4, 4, 4, 4], 1.0)
     points, _ = sampled(chain, np.random.default_rng(0), 30.0, 0.01, np.array([0, 0, 1.0]), 360.0)
     fits = []
     monkeypatch.setattr(refining, "fitted", lambda around, chain, *_: fits.append(chain) or chain)
     assert refining.simplified(Surroundings(points, 1.0), chain) is chain
-    assert [each is chain for each in fits] == [True, False, False, False, False]
+    assert [each is chain for each in fits] == [True, False, False]
+
+
+def test_a_narrow_view_among_strays_is_followed():
+    """Strays tell another radius than the pipe has, unless they count less."""
+    line = pipe_line(806, view=View(noise=0.005, outliers=0.3, around=120, gaps=3), count=25_000)
+    found = sm.follow_pipe(line.points, line.points[line.picks[0]])
+    assert line_score(found.elements, line).recall == 1

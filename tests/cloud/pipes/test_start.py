@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+import simplexmesh as sm
 from simplexmesh.cloud.pipes.chain import chain_of
 from simplexmesh.cloud.pipes.follow import run
 from simplexmesh.cloud.pipes.tracing.start import _confirmed, beginning
@@ -98,3 +99,15 @@ def test_what_goes_on_over_its_own_points_is_no_pipe():
     points = smooth_body(6000)
     with pytest.raises(ValueError, match=r"^pick must be on a pipe, but .* longer than its points are many$"):
         beginning(cKDTree(points), points[3], ANY, 5.0)
+
+
+@pytest.mark.parametrize("seen", [-1.0, 0.2])
+def test_a_ball_is_no_pipe(seen):
+    """It is as round as one all about; also where it lies on a floor, or is seen in part."""
+    rng = np.random.default_rng(0)
+    ways = rng.normal(size=(5000, 3))
+    ways /= np.linalg.norm(ways, axis=1)[:, None]
+    points = 0.3 * ways[ways[:, 0] > seen]
+    floor = rng.uniform(-1, 1, (3000, 3)) * [1, 1, 0] - [0, 0, 0.3]
+    with pytest.raises(ValueError, match=r"on a ball of radius 0\.3"):
+        sm.follow_pipe(np.concatenate([points, floor]) + rng.normal(0, 0.002, (len(points) + 3000, 3)), points[0])

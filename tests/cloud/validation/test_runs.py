@@ -2,28 +2,12 @@
 
 from __future__ import annotations
 
-from itertools import combinations
-
 import numpy as np
 import pytest
 
 from simplexmesh.cloud.validation.runs import helix_order, runs_test
 from simplexmesh.cloud.validation.unfolding import unfolded
 from tests.cloud.validation.fitted import cone_points, cylinder_fit, is_rate, told
-
-
-def signs(positive, n):
-    out = -np.ones(n)
-    out[list(positive)] = 1.0
-    return out
-
-
-@pytest.mark.parametrize(("n1", "n2"), [(3, 4), (6, 6), (1, 9)])
-def test_few_signs_are_counted(n1, n2):
-    orders = [signs(c, n1 + n2) for c in combinations(range(n1 + n2), n1)]
-    counts = [1 + np.count_nonzero(np.diff(o)) for o in orders]
-    for order, count in zip(orders[::7], counts[::7], strict=True):
-        assert runs_test(order).p_value == pytest.approx(np.mean(np.array(counts) <= count))
 
 
 def test_statistic_is_normal():

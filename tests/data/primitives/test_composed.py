@@ -74,6 +74,11 @@ def test_a_beam_that_is_no_other_way_up_is_itself_again():
     assert_allclose(beam.distance(around()), turned.distance(around()), atol=1e-15)
 
 
+def test_a_beam_may_turn_so_that_its_width_is_where_its_axis_was():
+    beam, turn = P.Beam([0, 0, 0], [0, 0, 1], 0.2, 0.1, 0.01, 0.006, across=[1, 0, 0]), np.eye(4)[[2, 1, 0, 3]]
+    assert_allclose(beam.transformed(turn).distance(around() @ turn[:3, :3].T), beam.distance(around()), atol=1e-15)
+
+
 @pytest.mark.parametrize(
     ("make", "said"),
     [

@@ -38,6 +38,9 @@ RING = 0.5
 RIDGE = (1e-6, 0.02, 0.1)
 """Share of the weights that holds place, slope and bend of the axis where few points tell them."""
 
+CLOSE = 0.25
+"""Deviation of their weights about it: strays, which any ring has by its area, are mostly farther off."""
+
 FEWEST = 6
 """Points that may tell a parabola, at least, and their weight on a step."""
 
@@ -147,11 +150,12 @@ def excess(local, count, bend):
         u, v = local[i, 3], local[i, 4]
         among, x, y, xy = among + 1, x + u * u, y + v * v, xy + u * v
         far = max(math.hypot(local[i, 5] - a, local[i, 6] - b), 1e-300)
+        weight = math.exp(-((local[i, 1] - a) ** 2 + (local[i, 2] - b) ** 2) / (2 * CLOSE * CLOSE))
         terms[1], terms[2] = (local[i, 5] - a) / far, (local[i, 6] - b) / far
         for k in range(3):
-            right[k] += terms[k] * (far - 1.0)
+            right[k] += weight * terms[k] * (far - 1.0)
             for j in range(k + 1):
-                matrix[k, j] += terms[k] * terms[j]
+                matrix[k, j] += weight * terms[k] * terms[j]
     if among < 10 or least_share(x, y, xy) < ROUND or not solve(matrix, right, 3):
         return 0.0
     return right[0]

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
-from simplexmesh.data.primitives.base import perpendicular
+from simplexmesh._base.vectors import dot
 from simplexmesh.data.primitives.composed.composed import Composed
 from simplexmesh.data.primitives.fits import Fit
 from simplexmesh.data.triangles import TriangleMesh
@@ -77,8 +77,8 @@ class Beam(Composed):
             raise ValueError(f"flange_thickness must be below half the depth, {half:g}, not {self.flange_thickness:g}")
         if not self.web_thickness < self.width:
             raise ValueError(f"web_thickness must be below the width, {self.width:g}, not {self.web_thickness:g}")
-        if self.across is not None:
-            object.__setattr__(self, "across", perpendicular("across", self.across, self.axis))
+        if self.across is None:
+            object.__setattr__(self, "across", self._across()[0])
 
     def as_dict(self) -> dict[str, Any]:
         """Return kind and parameters as plain lists and numbers."""
@@ -88,11 +88,6 @@ class Beam(Composed):
         """Return it with its parameters moved by a step (p,): tilts, shifts, a turn about the axis, measures."""
         turn = float(np.asarray(step)[4])
         return replace(super().stepped(step), across=self.frame[0] + turn * self.frame[1])
-
-    def transformed(self, T_target_source: ArrayLike) -> Self:
-        """Return it in the target frame of a similarity (4, 4), without its fit."""
-        moved = super().transformed(T_target_source)
-        return replace(moved, across=np.asarray(T_target_source, float)[:3, :3] @ self.frame[0])
 
     def coordinates(self, points: ArrayLike) -> Array:
         """Return the lengths (n, 2) of the nearest points along the axis, and around the section."""
@@ -110,12 +105,10 @@ class Beam(Composed):
         return TriangleMesh(found.vertices, found.faces[:, ::-1])  # as across and around are to the left
 
     def _with(self, origin: Array, axis: Array, *shape: Any) -> Self:
-        return cast(Any, type(self))(origin, axis, *shape, across=self.across)
-
-    def _across(self) -> Array:
-        if self.across is None:
-            return super()._across()
-        return np.stack([self.across, np.cross(self.axis, self.across)])
+        across = (
+            self.across if abs(dot(self.frame[0], axis)) < abs(dot(self.axis, axis)) else None
+        )  # turned: told later
+        return cast(Any, type(self))(origin, axis, *shape, across=across)
 
     def _flat(self, local: Array) -> Array:
         return local[:, :2]
