@@ -5,6 +5,8 @@ Each is `fitted` to points by its own few parameters, and gives the free primiti
 
 from simplexmesh.cloud.constrained.base import Constrained as Constrained
 from simplexmesh.cloud.constrained.base import fitted as fitted
+from simplexmesh.cloud.constrained.cones import CoaxialCone as CoaxialCone
+from simplexmesh.cloud.constrained.cones import SecantCone as SecantCone
 from simplexmesh.cloud.constrained.cylinders import BallJointCylinder as BallJointCylinder
 from simplexmesh.cloud.constrained.cylinders import CylinderAfterTorus as CylinderAfterTorus
 from simplexmesh.cloud.constrained.cylinders import SecantCylinder as SecantCylinder

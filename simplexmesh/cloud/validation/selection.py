@@ -21,6 +21,20 @@ def noise(square_sum: float, count: int, parameters: int) -> float:
     return float(np.sqrt(square_sum / (count - parameters)))
 
 
+def aic(square_sum: float, count: int, parameters: int) -> float:
+    """Return the information criterion of normal residuals of unknown deviation, up to a constant (Akaike 1974)."""
+    return float(count * np.log(square_sum / count) + 2 * parameters)
+
+
 def bic(square_sum: float, count: int, parameters: int) -> float:
     """Return the Bayesian information criterion of normal residuals, up to a constant (Schwarz 1978)."""
     return float(count * np.log(square_sum / count) + parameters * np.log(count))
+
+
+def geometric_aic(square_sum: float, count: int, parameters: int, noise: float, *, dimension: int = 2) -> float:
+    """Return the geometric AIC of models that are compared at one deviation of the noise (Kanatani 1998).
+
+    J + 2 (d N + p) noise^2 for a model of dimension d, 2 for surfaces and 1 for curves; `noise` is that of the richest
+    of the compared models.
+    """
+    return float(square_sum + 2 * (dimension * count + parameters) * noise**2)

@@ -9,7 +9,9 @@ from numpy.testing import assert_allclose
 import simplexmesh as sm
 from simplexmesh.cloud.constrained import (
     BallJointCylinder,
+    CoaxialCone,
     CylinderAfterTorus,
+    SecantCone,
     SecantCylinder,
     TorusAfterCylinder,
     TorusBetweenCylinders,
@@ -22,6 +24,7 @@ FREE = P.Cylinder([0.5, 0.1, 0.9], [0.9, 0.2, 0.1], 0.4)
 TORUS = P.Torus([0.1, 0.2, 0.3], [0.3, -0.5, 0.8], 2.0, 0.7)
 PLACE = BEFORE.point + 0.8 * BEFORE.axis
 MEETING = P.Cylinder(PLACE, [0.9, 0.2, 0.1], 0.7)
+CONE = P.Cone(PLACE - 2 * FREE.axis, FREE.axis, 0.3)
 ALL = {
     "secant": SecantCylinder.near(FREE, BEFORE),
     "secant of fixed radius": SecantCylinder.near(FREE, BEFORE, fixed_radius=True),
@@ -29,6 +32,8 @@ ALL = {
     "after torus": CylinderAfterTorus(TORUS, 0.7),
     "torus after": TorusAfterCylinder(BEFORE, np.array([2.0, 1.0, 0.5])),
     "torus between": TorusBetweenCylinders(BEFORE, MEETING, 2.0),
+    "coaxial cone": CoaxialCone(P.Cone(PLACE, -BEFORE.axis, 0.3), BEFORE),
+    "secant cone": SecantCone(CONE, BEFORE, PLACE),
 }
 COUNTS = {
     "secant": 4,
@@ -37,6 +42,8 @@ COUNTS = {
     "after torus": 1,
     "torus after": 3,
     "torus between": 1,
+    "coaxial cone": 2,
+    "secant cone": 5,
 }
 every = pytest.mark.parametrize("name", ALL)
 
@@ -107,12 +114,20 @@ class TestBonds:
             assert abs(from_axis(found.center, cylinder) - found.radius) < 1e-12
             assert abs((found.center - cylinder.point) @ found.axis) < 1e-12
 
+    def test_a_coaxial_cone_stays_on_the_axis(self, rng):
+        found = moved(ALL["coaxial cone"], rng, 0.02).primitive
+        assert from_axis(found.point, BEFORE) < 1e-12
+        assert_allclose(np.abs(found.axis @ BEFORE.axis), 1, atol=1e-12)
+
+    def test_the_axis_of_a_secant_cone_meets_the_one_before(self, rng):
+        assert between_axes(moved(ALL["secant cone"], rng, 0.05).primitive, BEFORE) < 1e-12
+
 
 @every
 def test_fits_recover_what_was_sampled(name):
     true, rng = ALL[name], np.random.default_rng(3)
     kind = true.primitive.kind
-    ends = {"cylinder": [[-2, 2], [0.2, 4]], "torus": [[0, 1.5], [-2, 2]]}[kind]
+    ends = {"cylinder": [[-2, 2], [0.2, 4]], "cone": [[-2, 2], [1, 4]], "torus": [[0, 1.5], [-2, 2]]}[kind]
     fit = P.Fit(0.0, 0.0, np.zeros((true.primitive.n_parameters,) * 2), np.array(ends, float), 1)
     points = true.primitive.with_fit(fit).sampled(400, rng=rng).points
     found = fitted(moved(true, rng, 0.05), points)
@@ -134,3 +149,5 @@ def test_bad_input_is_named():
         fitted(ALL["torus after"], np.zeros((2, 3)))
     with pytest.raises(ValueError, match=r"parallel$"):
         TorusBetweenCylinders(BEFORE, BEFORE, 2.0).chart  # noqa: B018
+    with pytest.raises(ValueError, match=r"on the axis of the previous cylinder$"):
+        CoaxialCone(P.Cone([5, 5, 5], BEFORE.axis, 0.3), BEFORE)

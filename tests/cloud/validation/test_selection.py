@@ -28,19 +28,40 @@ def test_likelihoods_are_those_of_normal_residuals():
     one, other = np.random.default_rng(1).normal(0, [[1.0], [1.3]], (2, 50))
     gain = sum(norm(0, np.sqrt(np.mean(d**2))).logpdf(d).sum() * sign for d, sign in ((one, 1), (other, -1)))
     squares = [float(d @ d) for d in (one, other)]
+    assert selection.aic(squares[1], 50, 5) - selection.aic(squares[0], 50, 6) == pytest.approx(2 * gain - 2)
     assert selection.bic(squares[1], 50, 5) - selection.bic(squares[0], 50, 6) == pytest.approx(2 * gain - np.log(50))
+
+
+def test_geometric_aic_of_cylinder_and_cone_with_squares():
+    """N (e_cylinder^2 - e_cone^2) - 2 N e_cone^2 / (N - 6)."""
+    n, cylinder, cone = 7946, 2.30**2, 2.29**2
+    noise = selection.noise(n * cone, n, 6)
+    found = selection.geometric_aic(n * cylinder, n, 5, noise) - selection.geometric_aic(n * cone, n, 6, noise)
+    assert found == pytest.approx(n * (cylinder - cone) - 2 * n * cone / (n - 6))
+    surface, curve = (selection.geometric_aic(1.0, 100, 5, 0.1, dimension=d) for d in (2, 1))
+    assert surface - curve == pytest.approx(2 * 100 * 0.01)
+
+
+CRITERIA = {
+    "e'": lambda s, n, p, noise: selection.noise(s, n, p),
+    "aic": lambda s, n, p, noise: selection.aic(s, n, p),
+    "bic": lambda s, n, p, noise: selection.bic(s, n, p),
+    "geometric aic": lambda s, n, p, noise: selection.geometric_aic(s, n, p, noise),
+}
 
 
 def test_nested_models():
     """Degrees 0 to 6, the true one is 2: how often each criterion says so; e' is the one that overfits."""
-    right, n, trials = np.zeros(2, int), 200, 200
+    right, n, trials = dict.fromkeys(CRITERIA, 0), 200, 200
     for seed in range(trials):
         rng = np.random.default_rng(seed)
         x = rng.uniform(-1, 1, n)
         y = 1 + x - x**2 + rng.normal(0, 0.1, n)
         squares = [float(((y - np.polyval(np.polyfit(x, y, k), x)) ** 2).sum()) for k in range(7)]
-        scores = [[score(s, n, k + 1) for k, s in enumerate(squares)] for score in (selection.noise, selection.bic)]
-        right += np.argmin(scores, axis=1) == 2
-    told(f"e' {right[0] / trials:.0%}, bic {right[1] / trials:.0%}")
-    assert right[0] < right[1]
-    assert right[1] > 0.9 * trials
+        noise = selection.noise(squares[-1], n, 7)
+        for name, score in CRITERIA.items():
+            right[name] += int(np.argmin([score(s, n, k + 1, noise) for k, s in enumerate(squares)]) == 2)
+    told(str({name: f"{count / trials:.0%}" for name, count in right.items()}))
+    assert right["e'"] < right["aic"] < right["bic"]
+    assert right["bic"] > 0.9 * trials
+    assert right["geometric aic"] > 0.5 * trials
