@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 import simplexmesh
-from simplexmesh._base._kernels_njit import IMPORTED, CacheFile, njit, source_hash
+from simplexmesh._base._kernels_njit import IMPORTED, INNER, CacheFile, njit, source_hash
 from tests.base.kernel_writes import check, written
 
 Pair = namedtuple("Pair", ["left", "right"])
@@ -70,6 +70,19 @@ class TestOnce:
         kernel = njit()(lambda ints: twice(1) + twice(3) + twice(len(ints)) + twice(ints[0]))
         assert kernel(np.array([5], np.int32)) == 2 + 6 + 2 + 10
         assert twice.signatures == [(numba.int64,)]
+
+    def test_what_only_kernels_call_cannot_be_called_from_python_until_it_is(self):
+        inner = njit()(lambda n: n + 1)
+        outer = njit()(lambda n: inner(n) * inner(n * 1.0))
+        assert outer(2) == 9
+        assert inner.inner == {(numba.int64,), (numba.float64,)}
+        code = inner.overloads[(numba.int64,)].library
+        assert not code.get_pointer_to_function(inner.overloads[(numba.int64,)].fndesc.llvm_cpython_wrapper_name)
+        assert (inner(2), inner(True), outer(3)) == (3, 2, 16)
+        assert inner.inner == {(numba.float64,)}
+        assert njit()(lambda n: inner(n))(5) == inner(5) == 6
+        assert sum(inner.stats.cache_misses.values()) == 4  # one anew
+        assert len(inner.signatures) == 3
 
     def test_types_and_layouts_remain_apart(self):
         kernel = njit()(lambda x: x[0])
@@ -225,6 +238,15 @@ class TestFiles:
             elif isinstance(node, ast.ImportFrom) and node.module.startswith("simplexmesh") and not node.col_offset:
                 assert node.module in found
                 assert node.module not in PACKAGES  # a module named after "import" would not be found
+
+    def test_of_what_only_kernels_call_are_given_to_kernels_only(self, tmp_path):
+        within, called = files(tmp_path), files(tmp_path)
+        within.options = {INNER: True}
+        within.save("one", 1)
+        assert [within.load("one"), called.load("one")] == [1, None]
+        called.save("one", 2)
+        called.save("two", 3)
+        assert [within.load("one"), called.load("one"), within.load("two")] == [1, 2, 3]
 
     def test_of_others_are_left_alone(self, tmp_path):
         other = tmp_path / "kernels-1.py311.1.nbc"

@@ -111,11 +111,7 @@ def _split(vertices: Array, faces: Indices, middle: Indices) -> tuple[Indices, I
             parts = [(a, b, of_a), (a, of_a, c)]
         elif count == 2:
             shorter = norm(vertices[b] - vertices[of_b]) < norm(vertices[c] - vertices[of_c])
-            parts = [
-                (a, of_c, of_b),
-                (of_c, b, np.where(shorter, of_b, c)),
-                (np.where(shorter, b, of_c), c, of_b),
-            ]
+            parts = [(a, of_c, of_b), (of_c, b, np.where(shorter, of_b, c)), (np.where(shorter, b, of_c), c, of_b)]
         else:
             parts = [(a, of_c, of_b), (of_c, b, of_a), (of_b, of_a, c), (of_a, of_b, of_c)]
         out += [np.stack(part, axis=1) for part in parts]

@@ -20,16 +20,7 @@ from simplexmesh._base.errors import warn
 from simplexmesh._base.named_arrays import is_color
 from simplexmesh._base.units import known_unit
 from simplexmesh.data.io.integrity import apart, obj, xml
-from simplexmesh.data.io.polydata import (
-    BOOLS,
-    CONTOURS,
-    HOLES,
-    TWIN,
-    TYPES,
-    UNIT,
-    captured_output,
-    vtk_reason,
-)
+from simplexmesh.data.io.polydata import BOOLS, CONTOURS, HOLES, TWIN, TYPES, UNIT, captured_output, vtk_reason
 from simplexmesh.data.points import PointCloud, cloud_of_file
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume

@@ -77,12 +77,7 @@ class FittedMesh:
     """A mesh that is fitted to a surface; `mesh` is its current state."""
 
     def __init__(
-        self,
-        surface: SurfaceSamples,
-        mesh: SimplexMesh,
-        part_of: Indices32,
-        target_normals: Array,
-        free: Mask,
+        self, surface: SurfaceSamples, mesh: SimplexMesh, part_of: Indices32, target_normals: Array, free: Mask
     ) -> None:
         self._surface = surface
         self.mesh = mesh

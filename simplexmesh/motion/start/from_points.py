@@ -30,11 +30,7 @@ NEITHER = 0.05
 
 
 def start_from_points(
-    cloud: PointCloud,
-    vertices: int = 4000,
-    *,
-    components: str = "largest",
-    tunnels: float = 0.0,
+    cloud: PointCloud, vertices: int = 4000, *, components: str = "largest", tunnels: float = 0.0
 ) -> Start:
     """Return a closed mesh near points of a surface; tunnels narrower than given are sealed."""
     indicator = _indicator(cloud, vertices)
