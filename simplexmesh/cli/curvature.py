@@ -176,8 +176,7 @@ def _drawn(plot: Any, surface: Any, found: dict[str, Any], show: str, limits: An
         return plot.classes(surface, found["classes"], **options)
     values = found["saliency"] if show == "saliency" else getattr(found["curvature"], show)
     name = {"mean": "mean curvature", "gauss": "Gaussian curvature", "saliency": "saliency (rad)"}.get(show, show)
-    named = titled(name, unit, POWERS.get(show, 0))
-    return plot.heat(surface, values, name=named, limits=limits, **options)
+    return plot.heat(surface, values, name=titled(name, unit, POWERS.get(show, 0)), limits=limits, **options)
 
 
 def described(found: dict[str, Any]) -> dict[str, Any]:

@@ -66,5 +66,4 @@ def data_of_faces(data: Data, connectivity: Connectivity) -> dict[str, NDArray[A
     groups = [np.flatnonzero(sizes == size) for size in np.unique(sizes)]
     corners = [connectivity.face_vertices[starts[g, None] + np.arange(sizes[g[0]])] for g in groups]
     found = joined([blended(data, rows, np.ones(rows.shape)) for rows in corners])
-    order = np.argsort(np.concatenate(groups))
-    return taken(found, order)
+    return taken(found, np.argsort(np.concatenate(groups)))

@@ -51,8 +51,7 @@ def subsampled(points: Array) -> Array:
 def spacing_of(tree: cKDTree) -> float:
     """Estimate the median distance between neighboring points of a tree from some."""
     count = min(FEW_NEIGHBORS, tree.n)
-    distance = tree.query(tree.data[_some(tree.n)], k=[count], workers=-1)[0]
-    return spacing_within(distance, count)
+    return spacing_within(tree.query(tree.data[_some(tree.n)], k=[count], workers=-1)[0], count)
 
 
 def _fit_some(even: Even) -> Planes:

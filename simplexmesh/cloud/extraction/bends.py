@@ -56,8 +56,7 @@ def proposed(work: Working, primitives: list[Primitive], members: list[Indices],
 
 def end_of(work: Working, pipe: Primitive, members: Indices, corner: Array) -> int:
     """Return at which end of a pipe's points, 0 or 1, a corner is."""
-    heights = (work.points[members] - corner) @ pipe._pose[1]
-    return int(np.median(heights) < 0)
+    return int(np.median((work.points[members] - corner) @ pipe._pose[1]) < 0)
 
 
 def between(

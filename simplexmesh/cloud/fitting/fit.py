@@ -117,8 +117,7 @@ def fit_primitive(
         found, used = without_outliers(found, cloud.points, mask)
     else:
         found = solve(found, cloud.points, weights=given.weights, fixed=mask)
-    out = scaled(found, given.size, given.middle)
-    return described(out, given, used, mask)
+    return described(scaled(found, given.size, given.middle), given, used, mask)
 
 
 def _measured(kind: str, measures: Mapping[str, float] | None, known: Known) -> dict[str, float]:

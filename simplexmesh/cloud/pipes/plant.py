@@ -210,8 +210,7 @@ def _in_cylinders(
 
 def _ends(pipe: Cylinder) -> Array:
     """Return the ends (2, 3) of the axis of a fitted cylinder."""
-    heights = cast(Array, pipe.extent)[1]
-    return pipe.point + heights[:, None] * pipe.axis
+    return pipe.point + cast(Array, pipe.extent)[1][:, None] * pipe.axis
 
 
 def _leaves(branch: Cylinder, run: Cylinder) -> bool:

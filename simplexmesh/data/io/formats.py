@@ -46,8 +46,7 @@ _DATABASE = b"SQLite format 3\0"
 
 def suffix(path: Path) -> str:
     """Return the file name extension in lower case, `.nii.gz` as one."""
-    name = path.name.lower()
-    return ".nii.gz" if name.endswith(".nii.gz") else path.suffix.lower()
+    return ".nii.gz" if path.name.lower().endswith(".nii.gz") else path.suffix.lower()
 
 
 def format_of(path: Path) -> str:

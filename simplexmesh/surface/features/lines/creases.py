@@ -169,8 +169,7 @@ def creases(vertices: Array, faces: Indices, mates: Indices, angle: float) -> Cr
 
     chosen = found.edges.without_weakest(found.chosen, strength)
     chosen = found.edges.trimmed(chosen, found.jumps < EDGE * angle)
-    chosen = found.edges.pruned(chosen, SHORTEST * found.scales)
-    return replace(found, chosen=chosen)
+    return replace(found, chosen=found.edges.pruned(chosen, SHORTEST * found.scales))
 
 
 def _ordinary_jumps(surface: FilteredSurface) -> Array:
