@@ -112,25 +112,25 @@ def push_children(boxes, node, place, stack, top):
 
 
 @njit(cache=True, error_model="numpy", parallel=True)
-def all_nearest(tree, queries, squared, index):
+def all_nearest(points, starts, ends, boxes, queries, squared, index):
     """Fill the squared distances and indices (m, k) of the k nearest points, nearest first, ties by the lower index."""
     k = squared.shape[1]
     for q in prange(len(queries)):
         place = queries[q, 0], queries[q, 1], queries[q, 2]
         stack = np.zeros(STACK, np.int64)
         squared[q] = math.inf
-        index[q] = len(tree.points)
+        index[q] = len(points)
         top = 0
         while top >= 0:
             node = stack[top]
-            if box_distance(tree.boxes, node, place) > squared[q, k - 1]:
+            if box_distance(boxes, node, place) > squared[q, k - 1]:
                 top -= 1
-            elif 2 * node + 2 < len(tree.starts):
-                top = push_children(tree.boxes, node, place, stack, top)
+            elif 2 * node + 2 < len(starts):
+                top = push_children(boxes, node, place, stack, top)
             else:
                 top -= 1
-                for i in range(tree.starts[node], tree.ends[node]):
-                    insert(squared[q], index[q], squared_distance(tree.points, i, place), i)
+                for i in range(starts[node], ends[node]):
+                    insert(squared[q], index[q], squared_distance(points, i, place), i)
 
 
 @njit(cache=True, error_model="numpy")

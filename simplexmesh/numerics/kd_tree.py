@@ -42,5 +42,6 @@ def uneven_tree(points: Array) -> cKDTree:
 def nearest(tree: Any, queries: Array, k: int) -> tuple[Array, Indices]:
     """Return distances and indices (in the tree's order) of the `k` nearest points, (m, k), nearest first."""
     squared, index = np.zeros((len(queries), k)), np.zeros((len(queries), k), np.int64)
-    _kernels_tree.all_nearest(tree, np.ascontiguousarray(queries), squared, index)
+    rows = np.ascontiguousarray(queries)
+    _kernels_tree.all_nearest(tree.points, tree.starts, tree.ends, tree.boxes, rows, squared, index)
     return np.sqrt(squared), index

@@ -72,7 +72,7 @@ def _some(count: int) -> Indices:
 def fitted(points: Array, near: Indices) -> tuple[Array, Array, Array]:
     """Return normals (m, 3), mean squared distances (m,) and projections (m, 3) of planes through neighbors (m, k)."""
     out = np.empty((len(near), 3)), np.empty(len(near)), np.empty((len(near), 3))
-    _kernels_local_fits.fit_planes(np.ascontiguousarray(points), near, *out)
+    _kernels_local_fits.fit_planes(np.ascontiguousarray(points), np.ascontiguousarray(near), *out)
     return out
 
 

@@ -59,10 +59,10 @@ def field_value(field, place, along, far):
 
 
 @njit(**LEAN, fastmath=FAST)
-def _passage(field, place, along):
+def _passage(ni, nj, nk, place, along):
     """Return the parameter interval in which a line is within one voxel of the volume; empty if it misses."""
     first, last = -math.inf, math.inf
-    for p, d, count in ((place[0], along[0], field.ni), (place[1], along[1], field.nj), (place[2], along[2], field.nk)):
+    for p, d, count in ((place[0], along[0], ni), (place[1], along[1], nj), (place[2], along[2], nk)):
         if d == 0.0:
             if not -1.0 < p < count:
                 last = -math.inf
@@ -144,7 +144,7 @@ def _crossing(field, place, along, reach, pace):
         return nearby
     here = field_value(field, place, along, 0.0)
     way, stride = 1.0 if here > 0.0 else -1.0, pace / fastest
-    first, last = _passage(field, place, along)
+    first, last = _passage(field.ni, field.nj, field.nk, place, along)
     if way < 0.0:
         first, last = -last, -first
     if not (first <= last and last > 0.0 and first < reach):
@@ -161,9 +161,9 @@ def _crossing(field, place, along, reach, pace):
 
 
 @njit(**LEAN, fastmath=FAST)
-def _line(field, vertices, normals, i):
+def _line(T, vertices, normals, i):
     """Return place and normal of a vertex as a continuous index and its change."""
-    T, (x, y, z), (a, b, c) = field.to_index, row(vertices, i), row(normals, i)
+    (x, y, z), (a, b, c) = row(vertices, i), row(normals, i)
     place = (
         T[0, 0] * x + T[0, 1] * y + T[0, 2] * z + T[0, 3],
         T[1, 0] * x + T[1, 1] * y + T[1, 2] * z + T[1, 3],
@@ -181,7 +181,7 @@ def _line(field, vertices, normals, i):
 def isosurface_gaps(vertices, normals, field, reach, pace, out):
     """Fill the signed distance along each normal to the nearest crossing from inside to outside; NaN beyond `reach`."""
     for i in prange(vertices.shape[0]):
-        place, along = _line(field, vertices, normals, i)
+        place, along = _line(field.to_index, vertices, normals, i)
         out[i] = _crossing(field, place, along, reach, pace)
 
 
@@ -190,7 +190,7 @@ def replace_far_gaps(vertices, normals, field, reach, pace, gaps):
     """Replace gaps that end where all samples of a mask are alike and over a voxel from a crossing by that to it."""
     for i in prange(vertices.shape[0]):
         if gaps[i] == gaps[i]:
-            place, along = _line(field, vertices, normals, i)
+            place, along = _line(field.to_index, vertices, normals, i)
             if not abs(field_value(field, place, along, gaps[i])) < 0.5 - 1e-6:
                 crossing = _crossing(field, place, along, reach, pace)
                 if not abs(crossing - gaps[i]) * math.sqrt(dot(along, along)) <= 1.0:

@@ -33,7 +33,7 @@ def scene(kind, seed):
     return points @ Rotation.random(random_state=seed).as_matrix().T + rng.normal(0, 1e4, 3)
 
 
-@pytest.mark.parametrize("seed", [0, 1, *nightly(2, 3)])
+@pytest.mark.parametrize("seed", [0, *nightly(1, 2, 3)])
 @pytest.mark.parametrize("kind", SCENES)
 def test_table_of_the_thesis(kind, seed):
     """The right kind is chosen, where the least e' is often that of a richer one."""

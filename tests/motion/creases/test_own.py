@@ -67,7 +67,7 @@ def test_a_polyhedron_is_modeled_exactly(seed):
     assert np.median(away) < 1e-6
 
 
-@pytest.mark.parametrize("seed", [0, 11])
+@pytest.mark.parametrize("seed", [0, *nightly(11)])
 def test_where_steps_are_narrower_than_faces_only_those_leave_the_lines(seed):
     surface = random_blocks(seed)
     with warnings.catch_warnings(record=True) as caught:

@@ -207,7 +207,7 @@ def wavy_boundary(seed, count):
     around = 2 * np.pi * (np.arange(count) + rng.uniform(-0.2, 0.2, count)) / count
     line = np.stack([np.cos(around), np.sin(around), np.sin(2 * around)], axis=1)
     line += 0.1 / count * rng.normal(size=line.shape)
-    places = np.arange(count)
+    places = np.arange(count, dtype=np.int32)
     inner = 1.3 * line + 0.1 * rng.normal(size=line.shape)
     neighbors = np.stack([np.roll(places, 1), places + count, np.roll(places, -1)], axis=1)
     return np.concatenate([line, inner]), neighbors, Courses(places, np.roll(places, 1), np.roll(places, -1))

@@ -50,7 +50,7 @@ def sheet(shape):
 @pytest.mark.parametrize(
     ("shell", "holes", "area", "noise"),
     [
-        pytest.param(half_ball, 1, 2 * np.pi, 0.0, id="half a ball"),
+        pytest.param(half_ball, 1, 2 * np.pi, 0.0, id="half a ball", marks=pytest.mark.nightly),
         pytest.param(half_ball, 1, 2 * np.pi, 0.005, id="half a noisy ball", marks=pytest.mark.nightly),
         pytest.param(tube, 2, 4 * np.pi, 0.0, id="tube", marks=pytest.mark.nightly),
         pytest.param(tube, 2, 4 * np.pi, 0.005, id="noisy tube"),

@@ -10,6 +10,7 @@ import pytest
 
 import simplexmesh as sm
 from simplexmesh.motion.reconstruct.walls import in_two_layers, walls_message
+from tests.nightly.marks import nightly
 
 BALL = sm.sphere(20).triangulated()
 
@@ -60,7 +61,7 @@ def test_points_farther_apart_than_faces_are_wide_are_not_inside():
     assert not walls_message(points, 8 - np.linalg.norm(points, axis=1), sm.sphere(30, radius=8))
 
 
-@pytest.mark.parametrize("wall", [0.05, 0.08])
+@pytest.mark.parametrize("wall", [0.05, *nightly(0.08)])
 def test_a_thin_wall_of_points_is_not_averaged_in_silence(wall):
     with pytest.warns(sm.SimplexMeshWarning, match="of the data lies in two layers"):
         sm.reconstruct(np.concatenate([around(1, 10_000, 0), around(1 - wall, 10_000, 1)]), vertices=1500)

@@ -78,7 +78,7 @@ def rotation_vector(R):
 
 
 class TestMotionsAreFound:
-    @pytest.mark.parametrize("seed", [0, 1, *nightly(2, 3)])
+    @pytest.mark.parametrize("seed", [0, *nightly(1, 2, 3)])
     def test_of_a_whole_body_sampled_anew(self, seed):
         rng = np.random.default_rng(seed)
         T = motion(rng)

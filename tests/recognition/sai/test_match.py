@@ -18,6 +18,7 @@ from simplexmesh.recognition.sai.partial_signatures import (
 )
 from simplexmesh.recognition.sai.rotations import rotations
 from simplexmesh.recognition.sai.sphere_domain import sphere_domain
+from tests.nightly.marks import nightly
 from tests.recognition import reference as reference
 
 F = 5
@@ -87,7 +88,7 @@ class TestExact:
 
 
 class TestNear:
-    @pytest.mark.parametrize("seed", range(4))
+    @pytest.mark.parametrize("seed", [0, *nightly(1, 2, 3)])
     def test_any_turn_is_found_to_a_fraction_of_the_mesh_width(self, seed):
         R = reference.random_rotation(np.random.default_rng(seed))
         one, other = sai_of(bumpy(7)), sai_of(bumpy(7, turn=R.T))

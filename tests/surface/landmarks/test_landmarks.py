@@ -12,6 +12,7 @@ import simplexmesh as sm
 from simplexmesh.surface.saliency.diffusion import Diffusion
 from simplexmesh.surface.saliency.smoothed_curvature import smoothed_curvature
 from simplexmesh.surface.sampled_surface import as_sampled_surface
+from tests.nightly.marks import nightly
 
 BALL = sm.sphere(16).triangulated("dual")
 
@@ -393,7 +394,7 @@ class TestCircles:
         assert np.linalg.norm(found.center) < 0.002
         assert found.covariance[5, 5] == pytest.approx(0.05**2 / 40_000, rel=0.05)
 
-    @pytest.mark.parametrize("tilt", range(5))
+    @pytest.mark.parametrize("tilt", [*nightly(0), 1, *nightly(2, 3, 4)])
     def test_the_rim_of_a_hole_is_found_within_a_percent(self, tilt):
         mesh, center, axis = sheet_with_a_hole(tilt=tilt)
         found = sm.rim_circle(mesh, center + 0.1 * turned(tilt + 5)[0], radius=0.8, curvature=curved(mesh))

@@ -23,6 +23,7 @@ from simplexmesh.surface.saliency.noise import field_noise, local_noise, smalles
 from simplexmesh.surface.saliency.saliency import map_weight
 from simplexmesh.surface.saliency.smoothed_curvature import mean_deviators, shrunk, smoothed_curvature
 from simplexmesh.surface.sampled_surface import SampledSurface, as_sampled_surface
+from tests.nightly.marks import nightly
 from tests.surface.saliency.reference import gaussian_mean, persistence, turning_mean
 
 BUMPS = np.array([[0, 0, 1.0], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -0.6, -0.8]])
@@ -294,7 +295,7 @@ class TestSalientPoints:
             assert bump_of(found.points)[:5] == [0, 1, 2, 3, 4]
             assert len(found) <= 6  # the ball itself bends more than the hollows around bumps
 
-    @pytest.mark.parametrize("seed", range(3))
+    @pytest.mark.parametrize("seed", [0, *nightly(1, 2)])
     def test_noise_adds_none_and_hides_only_the_faint(self, seed):
         mesh = bumpy(40)
         rng = np.random.default_rng(seed)

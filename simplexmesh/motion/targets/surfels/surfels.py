@@ -229,7 +229,7 @@ def _blended(table: Array, *, oriented: bool) -> Array:
     distance, index = _nearest_others(tree)
     support = np.maximum(1.2 * _largest(distance[:, :8]), 1e-300)
     out, back = np.zeros_like(table), np.argsort(tree.order)
-    _kernels_patches.blend_all(table[tree.order], support, index[:, :NEIGHBORS], oriented, out)
+    _kernels_patches.blend_all(table[tree.order], support, index[:, :NEIGHBORS].astype(np.int32), oriented, out)
     return out[back]
 
 
