@@ -127,10 +127,10 @@ def _free_motions(chain: Chain, fixed: Mask) -> Array:
 
 
 def simplified(around: Surroundings, chain: Chain) -> Chain:
-    """Return the chain with one bend where its points do not ask for two."""
+    """Return the chain without corners that its points do not ask for: slight ones, and where two bends are one."""
     k, own = 0, None
     while k < len(chain.bend_radii):
-        fewer = _with_one_bend(chain, k)
+        fewer = next(filter(None, (merge(chain, k) for merge in (_without_corner, _with_one_bend))), None)
         if fewer is None or fewer.closed != chain.closed:
             k += 1
             continue
@@ -160,6 +160,14 @@ def _fitted_to_near(around: Surroundings, chain: Chain) -> Near:
     """Return the points near a chain, and the chain fitted to them."""
     points = around.points[near_surface(around, chain, BAND * around.radius)]
     return points, fitted(around, chain, points, LOOSE * around.radius / WITHIN)
+
+
+def _without_corner(chain: Chain, i: int) -> Chain | None:
+    """Return a chain without corner i, if that turns slightly."""
+    if chain.angles[i] > SLIGHT:
+        return None
+    corners, bends = np.delete(chain.corners, i + 1, axis=0), np.delete(chain.bend_radii, i)
+    return replace(chain, corners=corners, bend_radii=bends).fitting()
 
 
 def _with_one_bend(chain: Chain, i: int) -> Chain | None:

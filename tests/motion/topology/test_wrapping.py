@@ -14,7 +14,7 @@ from simplexmesh.motion.model.state import mean_edge
 from simplexmesh.motion.reconstruct.measure import genus_message
 from simplexmesh.motion.start.primitives import primitive_around
 from simplexmesh.motion.topology.wrapping import GRADE, Wrapping, contacts, wrapped
-from tests.mesh.test_homology import block
+from tests.mesh.triangles.test_homology import block
 from tests.nightly.marks import nightly
 
 

@@ -159,7 +159,17 @@ def _between(one: Straight, other: Straight, points: Array, directions: Array) -
     if bend is not None and bend[2] < BENT:
         return None
     run = _longest(points, directions, low, high)
-    return run if norm(points[run.last] - points[run.first]) > 2 * SHORT else None
+    if norm(points[run.last] - points[run.first]) > 2 * SHORT:
+        return run
+    costs = []
+    for k in range(low, high + 1):
+        there = Straight(k, k, points[k], directions[k])
+        halves = bend_between(one, there, points), bend_between(there, other, points)
+        costs.append(sum(MEETING if half is None else half[2] for half in halves))
+    k = low + int(np.argmin(costs))
+    if bend is not None and costs[k - low] > bend[2]:
+        return None
+    return Straight(k, k, points[k], directions[k])
 
 
 def _collinear(one: Straight, other: Straight, points: Array) -> bool:
