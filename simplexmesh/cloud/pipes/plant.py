@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import chain as chained
 from typing import Any, cast
 
 import numpy as np
@@ -22,22 +20,18 @@ from simplexmesh.cloud.given_cloud import given_cloud
 from simplexmesh.cloud.pipes.ends import with_stops
 from simplexmesh.cloud.pipes.follow import followed, line_of, on_line, radius_limits
 from simplexmesh.cloud.pipes.line import PipeElement, PipeLine, Pipes
-from simplexmesh.cloud.pipes.seeds import likely_picks
 from simplexmesh.cloud.pipes.tees import REACH, with_tees
 from simplexmesh.cloud.pipes.tolerances import ALIKE, BAND, FEWEST, SHORT
-from simplexmesh.cloud.pipes.tracing.start import Beginning, beginning
+from simplexmesh.cloud.pipes.tracing.start import Beginning
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import JUMP
 from simplexmesh.data.points import PointCloud
-from simplexmesh.data.primitives import Cylinder
+from simplexmesh.data.primitives import Cylinder, Torus
 from simplexmesh.numerics import scan_lines
 from simplexmesh.numerics.scan_lines import Even
 
 PRIMITIVES = 0.6
 """Part of the progress that finding primitives takes."""
-
-FAILURES = 40
-"""Picks in a row that lead to no pipe, after which there are no more."""
 
 SOLID = ("plane", "sphere")
 """Kinds of which no pipe is part: their points are set aside before lines are followed."""
@@ -97,8 +91,8 @@ def extract_pipes(
     """Find all pipe lines of a cloud, follow each, and refine each as one surface with exact tangency.
 
     The primitives of the cloud are found first, and the points of planes and spheres set aside. Lines are followed from
-    its cylinders, then from points whose neighbors' normals turn about one direction only. Branches whose axes meet
-    that of a run are fitted again so that they meet it exactly.
+    its cylinders, then from its tori. Branches whose axes meet that of a run are fitted again so that they meet it
+    exactly.
 
     Parameters
     ----------
@@ -109,7 +103,7 @@ def extract_pipes(
     gap : float
         Longest shadow to jump over, in radii of the pipe, as in `follow_pipe`.
     rng : int or Generator
-        For the choice of picks.
+        For the choice of points that primitives are found from.
     progress : bool or callable, optional
         Whether to show a bar, or what to call with the fraction done and a message.
 
@@ -140,7 +134,7 @@ def extract_pipes(
     generator = checks.generator("rng", rng)
     with reporting(progress, "finding pipes") as report:
         scene = extract_primitives(data, rng=generator, progress=part_of(report, 0.0, PRIMITIVES))
-        plant = _plant(data, scene, limits, reach, generator, part_of(report, PRIMITIVES, 1.0))
+        plant = _plant(data, scene, limits, reach, part_of(report, PRIMITIVES, 1.0))
         report(1.0, "following pipes")
     radii = [each.radius for each in scene.primitives if isinstance(each, Cylinder)]
     if radii and not plant.lines and not any(_is_wanted(each, limits) for each in radii):
@@ -162,14 +156,7 @@ def _left_over(scene: Extraction, lines: Indices, limits: tuple[float, float]) -
             yield cast(Cylinder, each)
 
 
-def _plant(
-    data: PointCloud,
-    scene: Extraction,
-    limits: tuple[float, float],
-    gap: float,
-    rng: np.random.Generator,
-    report: Progress,
-) -> Plant:
+def _plant(data: PointCloud, scene: Extraction, limits: tuple[float, float], gap: float, report: Progress) -> Plant:
     """Return the lines among the points that are of no plane and no sphere."""
     of_pipes = np.array([*(each.kind not in SOLID for each in scene.primitives), True])
     kept = np.flatnonzero(of_pipes[scene.labels])
@@ -180,8 +167,7 @@ def _plant(
     tree = cKDTree(data.points[kept] - origin, balanced_tree=False, compact_nodes=False)
     taken = np.zeros(len(kept), bool)
     even = scan_lines.even(tree)
-    in_cylinders = _in_cylinders(scene, scene.labels[kept], even, origin, limits, gap, taken)
-    starts = chained(in_cylinders, _picked(even, limits, gap, taken, scene.labels[kept] >= 0, scene.noise, rng))
+    starts = _beginnings(scene, scene.labels[kept], even, origin, limits, gap, taken)
     lines, tees = with_tees(_lines(tree, origin, starts, taken, report), tree, origin)
     whole = cKDTree(data.points - origin, balanced_tree=False, compact_nodes=False)
     for k, line in enumerate(lines):
@@ -192,20 +178,35 @@ def _plant(
     return Plant(tuple(lines), tuple(tees), checks.frozen(labels), data.unit)
 
 
-def _in_cylinders(
+def _beginnings(
     scene: Extraction, labels: Indices, even: Even, origin: Array, limits: tuple[float, float], gap: float, taken: Mask
 ) -> Iterator[Beginning]:
-    """Yield beginnings in the middle of the cylinders of a scene, but for those whose points are taken.
+    """Yield beginnings in the middle of the cylinders, then the tori of a scene, but for those whose points are taken.
 
     Runs come before their branches, which are followed on what is not taken: they would turn into runs as wide as they.
     """
-    found = [(k, each) for k, each in enumerate(scene.primitives) if isinstance(each, Cylinder)]
-    for k, each in sorted(found, key=lambda pair: any(_leaves(pair[1], run) for _, run in found)):
-        if taken[labels == k].mean() <= 0.5 and _is_wanted(each.radius, limits):
-            radius, given = float(np.clip(each.radius, *limits)), limits[0] == limits[1]
+    found = [(k, each) for k, each in enumerate(scene.primitives) if isinstance(each, Cylinder | Torus)]
+    runs = [each for _, each in found if isinstance(each, Cylinder)]
+
+    def order(pair: tuple[int, Cylinder | Torus]) -> int:
+        return 2 if isinstance(pair[1], Torus) else int(any(_leaves(pair[1], run) for run in runs))
+
+    for k, each in sorted(found, key=order):
+        place, direction, seen = _middle(each)
+        if taken[labels == k].mean() <= 0.5 and _is_wanted(seen, limits):
+            radius, given = float(np.clip(seen, *limits)), limits[0] == limits[1]
             points = even.points[even.rows[~taken[even.rows]]]
             around = Surroundings(points, radius, radius_is_given=given, noise=scene.noise)
-            yield Beginning(around, _ends(each).mean(axis=0) - origin, each.axis, gap)
+            yield Beginning(around, place - origin, direction, gap)
+
+
+def _middle(pipe: Cylinder | Torus) -> tuple[Array, Array, float]:
+    """Return a place on the axis of a pipe in the middle of its points, the direction there, and its radius."""
+    if isinstance(pipe, Cylinder):
+        return _ends(pipe).mean(axis=0), pipe.axis, pipe.radius
+    turn = cast(Array, pipe.extent)[0].mean()
+    out = np.cos(turn) * pipe.frame[0] + np.sin(turn) * pipe.frame[1]
+    return pipe.center + pipe.radius * out, np.cross(pipe.axis, out), pipe.tube_radius
 
 
 def _ends(pipe: Cylinder) -> Array:
@@ -219,28 +220,6 @@ def _leaves(branch: Cylinder, run: Cylinder) -> bool:
     ends, (start, end), r = _ends(branch), _ends(run), run.radius
     beside = ((ends - start) @ run.axis > r) & ((end - ends) @ run.axis > r)
     return bool((beside & (run.distance(ends) < (REACH - 1) * r)).any())
-
-
-def _picked(
-    even: Even,
-    limits: tuple[float, float],
-    gap: float,
-    taken: Mask,
-    explained: Mask,
-    noise: float,
-    rng: np.random.Generator,
-) -> Iterator[Beginning]:
-    """Yield beginnings at likely points that are not taken, nor explained by primitives, until many lead to none."""
-    taken |= explained
-    failures, found = 0, 0
-    for pick in even.rows[likely_picks(even.points[even.rows], rng)]:
-        if taken[pick]:
-            continue
-        failures, found = (failures + 1, found) if taken.sum() == found else (1, int(taken.sum()))
-        if failures > FAILURES:
-            return
-        with suppress(ValueError, np.linalg.LinAlgError):
-            yield beginning(even.tree, even.points[pick], limits, gap, noise)
 
 
 def _lines(tree: cKDTree, origin: Array, starts: Iterable[Beginning], taken: Mask, report: Progress) -> list[PipeLine]:

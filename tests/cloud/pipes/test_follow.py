@@ -16,7 +16,7 @@ from simplexmesh.cloud.pipes.chain import Chain, chain_of
 from simplexmesh.cloud.pipes.tracing.segmenting import segmented
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import Step, Track
-from tests.cloud.pipes.lines import meeting, random_line, sampled, unit
+from tests.cloud.pipes.lines import meeting, random_chain, random_line, sampled, unit
 from tests.cloud.scenes.line_scoring import line_score
 from tests.cloud.scenes.piping import View, pipe_line
 from tests.nightly.marks import nightly
@@ -54,6 +54,15 @@ class TestBends:
         assert_allclose(bend.bend_angle, np.pi / 2, atol=np.radians(0.5))
         assert_allclose([element.radius for element in line.elements], 1, rtol=0.003 if noise < 0.02 else 0.008)
         assert abs(bend.bend_radius - ratio) < 5 * bend.deviations.bend_radius + 0.003
+
+    @pytest.mark.parametrize("seed", [200, *nightly(201, 204, 205)])
+    def test_with_one_or_two_radii_between_them_are_followed(self, seed):
+        rng = np.random.default_rng(seed)
+        chain = random_chain(rng, 5, ratios=(1.3, 2.5), straights=(1.0, 2.0))
+        points = sampled(chain, rng)[0]
+        line = sm.follow_pipe(points, points[0])
+        assert [element.kind for element in line.elements] == ["straight", *["bend", "straight"] * 5]
+        assert_allclose(sorted(each.bend_radius for each in line.elements[1::2]), sorted(chain.bend_radii), rtol=0.1)
 
     def test_as_tight_as_the_pipe_is_wide_are_followed(self):
         line = followed(elbow(1.0))

@@ -14,7 +14,7 @@ from simplexmesh.cloud.pipes.chain import chain_of
 from simplexmesh.cloud.pipes.follow import line_of
 from simplexmesh.cloud.pipes.plant import is_peaked
 from simplexmesh.cloud.pipes.tees import with_tees
-from tests.cloud.pipes.lines import random_line, sampled
+from tests.cloud.pipes.lines import random_chain, random_line, sampled
 from tests.nightly.marks import nightly
 
 
@@ -67,6 +67,15 @@ def test_a_branch_meets_its_run_exactly():
     assert sorted(stop for line in plant.lines for stop in line.stops) == ["end", "end", "end", "tee"]
     assert_allclose(tee.length, 1 / np.sin(np.arctan2(9, 3)), atol=0.3)  # to where the branch leaves the run
     assert apart(next(line for line in plant.lines if line.chain.radii[0] < 0.8), plant.lines[0]) < 1e-9
+
+
+@pytest.mark.parametrize("seed", [201, *nightly(202, 204, 205)])
+def test_a_pipe_of_hardly_more_than_bends_is_found_from_these(seed):
+    """Its straights are too short to be found as cylinders."""
+    rng = np.random.default_rng(seed)
+    chain = random_chain(rng, 5, ratios=(1.3, 2.5), straights=(0.2, 1.0))
+    points = sampled(chain, rng)[0]
+    assert (sm.extract_pipes(points).labels == 0).mean() > 0.95
 
 
 def test_cylinders_too_short_for_lines_are_told():
