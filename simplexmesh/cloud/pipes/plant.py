@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any, cast
+from typing import Any, TypeGuard, cast
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -17,6 +17,7 @@ from simplexmesh.cloud.extraction.extract import extract_primitives
 from simplexmesh.cloud.extraction.result import Extraction
 from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.cloud.given_cloud import given_cloud
+from simplexmesh.cloud.pipes.chain import MOST_ANGLE
 from simplexmesh.cloud.pipes.ends import with_stops
 from simplexmesh.cloud.pipes.follow import followed, line_of, on_line, radius_limits
 from simplexmesh.cloud.pipes.line import PipeElement, PipeLine, Pipes
@@ -26,7 +27,7 @@ from simplexmesh.cloud.pipes.tracing.start import Beginning
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import JUMP
 from simplexmesh.data.points import PointCloud
-from simplexmesh.data.primitives import Cylinder, Torus
+from simplexmesh.data.primitives import Cylinder, Primitive, Torus
 from simplexmesh.numerics import scan_lines
 from simplexmesh.numerics.scan_lines import Even
 
@@ -185,7 +186,7 @@ def _beginnings(
 
     Runs come before their branches, which are followed on what is not taken: they would turn into runs as wide as they.
     """
-    found = [(k, each) for k, each in enumerate(scene.primitives) if isinstance(each, Cylinder | Torus)]
+    found = [(k, each) for k, each in enumerate(scene.primitives) if _may_be_of_pipe(each)]
     runs = [each for _, each in found if isinstance(each, Cylinder)]
 
     def order(pair: tuple[int, Cylinder | Torus]) -> int:
@@ -198,6 +199,13 @@ def _beginnings(
             points = even.points[even.rows[~taken[even.rows]]]
             around = Surroundings(points, radius, radius_is_given=given, noise=scene.noise)
             yield Beginning(around, place - origin, direction, gap)
+
+
+def _may_be_of_pipe(shape: Primitive) -> TypeGuard[Cylinder | Torus]:
+    """Whether a primitive is a cylinder, or a torus that turns no more than a bend does."""
+    if isinstance(shape, Torus):
+        return bool(np.ptp(cast(Array, shape.extent)[0]) < MOST_ANGLE)
+    return isinstance(shape, Cylinder)
 
 
 def _middle(pipe: Cylinder | Torus) -> tuple[Array, Array, float]:

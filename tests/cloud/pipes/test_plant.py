@@ -158,13 +158,14 @@ def test_where_a_branch_meets_a_straight(place, radius, meets):
         assert_allclose(tee.start, [*place[:2], 0], atol=0.05)
 
 
-@pytest.mark.parametrize("shape", ["wall", "ball", *nightly("dust")])
+@pytest.mark.parametrize("shape", ["wall", "ball", "ring", *nightly("dust")])
 def test_there_are_none_where_there_is_no_pipe(shape):
     rng = np.random.default_rng(0)
     ball = rng.normal(size=(2000, 3))
     points = {
         "wall": rng.uniform([0, 0, 0], [10, 10, 0.01], (2000, 3)),
         "ball": ball / np.linalg.norm(ball, axis=1)[:, None],
+        "ring": sm.torus(100, 40).vertices,
         "dust": rng.uniform(0, 10, (1000, 3)),
     }[shape]
     plant = sm.extract_pipes(points)
