@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from itertools import chain as chained
 from typing import Any, TypeGuard, cast
 
 import numpy as np
@@ -17,13 +19,13 @@ from simplexmesh.cloud.extraction.extract import extract_primitives
 from simplexmesh.cloud.extraction.result import Extraction
 from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.cloud.given_cloud import given_cloud
-from simplexmesh.cloud.pipes.chain import MOST_ANGLE
 from simplexmesh.cloud.pipes.ends import with_stops
 from simplexmesh.cloud.pipes.follow import followed, line_of, on_line, radius_limits
 from simplexmesh.cloud.pipes.line import PipeElement, PipeLine, Pipes
+from simplexmesh.cloud.pipes.seeds import likely_picks
 from simplexmesh.cloud.pipes.tees import REACH, with_tees
 from simplexmesh.cloud.pipes.tolerances import ALIKE, BAND, FEWEST, SHORT
-from simplexmesh.cloud.pipes.tracing.start import Beginning
+from simplexmesh.cloud.pipes.tracing.start import Beginning, beginning
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import JUMP
 from simplexmesh.data.points import PointCloud
@@ -33,6 +35,9 @@ from simplexmesh.numerics.scan_lines import Even
 
 PRIMITIVES = 0.6
 """Part of the progress that finding primitives takes."""
+
+FAILURES = 40
+"""Picks in a row that lead to no pipe, after which there are no more."""
 
 SOLID = ("plane", "sphere")
 """Kinds of which no pipe is part: their points are set aside before lines are followed."""
@@ -92,8 +97,8 @@ def extract_pipes(
     """Find all pipe lines of a cloud, follow each, and refine each as one surface with exact tangency.
 
     The primitives of the cloud are found first, and the points of planes and spheres set aside. Lines are followed from
-    its cylinders, then from its tori. Branches whose axes meet that of a run are fitted again so that they meet it
-    exactly.
+    its cylinders, its tori, and then from points whose neighbors' normals turn about one direction only. Branches whose
+    axes meet that of a run are fitted again so that they meet it exactly.
 
     Parameters
     ----------
@@ -104,7 +109,7 @@ def extract_pipes(
     gap : float
         Longest shadow to jump over, in radii of the pipe, as in `follow_pipe`.
     rng : int or Generator
-        For the choice of points that primitives are found from.
+        For the choice of picks.
     progress : bool or callable, optional
         Whether to show a bar, or what to call with the fraction done and a message.
 
@@ -135,7 +140,7 @@ def extract_pipes(
     generator = checks.generator("rng", rng)
     with reporting(progress, "finding pipes") as report:
         scene = extract_primitives(data, rng=generator, progress=part_of(report, 0.0, PRIMITIVES))
-        plant = _plant(data, scene, limits, reach, part_of(report, PRIMITIVES, 1.0))
+        plant = _plant(data, scene, limits, reach, generator, part_of(report, PRIMITIVES, 1.0))
         report(1.0, "following pipes")
     radii = [each.radius for each in scene.primitives if isinstance(each, Cylinder)]
     if radii and not plant.lines and not any(_is_wanted(each, limits) for each in radii):
@@ -157,7 +162,14 @@ def _left_over(scene: Extraction, lines: Indices, limits: tuple[float, float]) -
             yield cast(Cylinder, each)
 
 
-def _plant(data: PointCloud, scene: Extraction, limits: tuple[float, float], gap: float, report: Progress) -> Plant:
+def _plant(
+    data: PointCloud,
+    scene: Extraction,
+    limits: tuple[float, float],
+    gap: float,
+    rng: np.random.Generator,
+    report: Progress,
+) -> Plant:
     """Return the lines among the points that are of no plane and no sphere."""
     of_pipes = np.array([*(each.kind not in SOLID for each in scene.primitives), True])
     kept = np.flatnonzero(of_pipes[scene.labels])
@@ -168,7 +180,8 @@ def _plant(data: PointCloud, scene: Extraction, limits: tuple[float, float], gap
     tree = cKDTree(data.points[kept] - origin, balanced_tree=False, compact_nodes=False)
     taken = np.zeros(len(kept), bool)
     even = scan_lines.even(tree)
-    starts = _beginnings(scene, scene.labels[kept], even, origin, limits, gap, taken)
+    in_pipes = _in_pipes(scene, scene.labels[kept], even, origin, limits, gap, taken)
+    starts = chained(in_pipes, _picked(even, limits, gap, taken, scene.labels[kept] >= 0, scene.noise, rng))
     lines, tees = with_tees(_lines(tree, origin, starts, taken, report), tree, origin)
     whole = cKDTree(data.points - origin, balanced_tree=False, compact_nodes=False)
     for k, line in enumerate(lines):
@@ -179,7 +192,7 @@ def _plant(data: PointCloud, scene: Extraction, limits: tuple[float, float], gap
     return Plant(tuple(lines), tuple(tees), checks.frozen(labels), data.unit)
 
 
-def _beginnings(
+def _in_pipes(
     scene: Extraction, labels: Indices, even: Even, origin: Array, limits: tuple[float, float], gap: float, taken: Mask
 ) -> Iterator[Beginning]:
     """Yield beginnings in the middle of the cylinders, then the tori of a scene, but for those whose points are taken.
@@ -202,9 +215,9 @@ def _beginnings(
 
 
 def _may_be_of_pipe(shape: Primitive) -> TypeGuard[Cylinder | Torus]:
-    """Whether a primitive is a cylinder, or a torus that turns no more than a bend does."""
+    """Whether a primitive is a cylinder, or a torus that is no whole ring."""
     if isinstance(shape, Torus):
-        return bool(np.ptp(cast(Array, shape.extent)[0]) < MOST_ANGLE)
+        return bool(np.ptp(cast(Array, shape.extent)[0]) < 1.5 * np.pi)
     return isinstance(shape, Cylinder)
 
 
@@ -228,6 +241,28 @@ def _leaves(branch: Cylinder, run: Cylinder) -> bool:
     ends, (start, end), r = _ends(branch), _ends(run), run.radius
     beside = ((ends - start) @ run.axis > r) & ((end - ends) @ run.axis > r)
     return bool((beside & (run.distance(ends) < (REACH - 1) * r)).any())
+
+
+def _picked(
+    even: Even,
+    limits: tuple[float, float],
+    gap: float,
+    taken: Mask,
+    explained: Mask,
+    noise: float,
+    rng: np.random.Generator,
+) -> Iterator[Beginning]:
+    """Yield beginnings at likely points that are not taken, nor explained by primitives, until many lead to none."""
+    taken |= explained
+    failures, found = 0, 0
+    for pick in even.rows[likely_picks(even.points[even.rows], rng)]:
+        if taken[pick]:
+            continue
+        failures, found = (failures + 1, found) if taken.sum() == found else (1, int(taken.sum()))
+        if failures > FAILURES:
+            return
+        with suppress(ValueError, np.linalg.LinAlgError):
+            yield beginning(even.tree, even.points[pick], limits, gap, noise)
 
 
 def _lines(tree: cKDTree, origin: Array, starts: Iterable[Beginning], taken: Mask, report: Progress) -> list[PipeLine]:
