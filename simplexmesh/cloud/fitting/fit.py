@@ -22,8 +22,8 @@ from simplexmesh.cloud.fitting.starts import scaled
 from simplexmesh.data.primitives import Primitive
 
 MISFIT, ROUNDED = 2.0, 1e-3
-"""Of the spread of points about a free fit, that about one with known values at which these are doubted; in sizes of
-the points, that which rounded values have."""
+"""Of the spread of points about a free fit, that about one with known values at which these are doubted; that which
+rounded values have, in the least known length, but at most the size of the points."""
 
 
 def fit_primitive(
@@ -165,7 +165,10 @@ def _compare_with_free(found: Primitive, cloud: Cloud, given: Given) -> None:
     if free is None or len(cloud.some) <= free.n_parameters:
         return
     near, far = (spread(each, cloud.some, robust=given.robust) for each in (free, found))
-    if far > max(MISFIT * near, ROUNDED) and selection.score(free, cloud.some) < selection.score(found, cloud.some):
+    lengths = [abs(value) for name, value in cloud.known.items() if np.ndim(value) == 0 and name != "half_angle"]
+    if far <= max(MISFIT * near, ROUNDED * min([1.0, *lengths])):
+        return
+    if selection.score(free, cloud.some) < selection.score(found, cloud.some):
         held_to, nearest = " and ".join(given.known), scaled(free, given.size, given.middle)
         warn(f"with {held_to} as known the points are {far / near:.3g} times as far away as from {nearest}")
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from simplexmesh._base import checks
-from simplexmesh._base.arrays import Array, Indices
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.named_arrays import joined
 from simplexmesh._base.vectors import norm
 from simplexmesh.data.conversion import as_triangles
@@ -64,19 +64,31 @@ def divided(surface: Any, longest: float | None = None) -> TriangleMesh:
 
 def bisected(mesh: TriangleMesh, longest: float) -> tuple[TriangleMesh, Indices]:
     """Return a surface divided until no edge is longer than a length, and the faces (f,) that its own are parts of."""
-    vertices, faces, data = np.asarray(mesh.vertices), np.asarray(mesh.faces), mesh.data
-    owners = np.arange(len(faces))
+    owners = np.arange(mesh.n_faces)
     while True:
-        edges, sides = _edges(faces)
-        long = norm(vertices[edges[:, 0]] - vertices[edges[:, 1]]) > longest
+        edges, sides = _edges(mesh.faces)
+        long = norm(mesh.vertices[edges[:, 0]] - mesh.vertices[edges[:, 1]]) > longest
         if not long.any():
-            return TriangleMesh(vertices, faces, data, mesh.unit), owners
-        middle = np.full(len(edges), -1)
-        middle[long] = len(vertices) + np.arange(int(long.sum()))
-        vertices = np.concatenate([vertices, 0.5 * (vertices[edges[long, 0]] + vertices[edges[long, 1]])])
-        data = joined([data, blended(data, edges[long], np.ones((int(long.sum()), 2)))])
-        faces, rows = _split(vertices, faces, middle[sides])
+            return mesh, owners
+        mesh, rows = _halved(mesh, edges, sides, long)
         owners = owners[rows]
+
+
+def halved_where_crowded(mesh: TriangleMesh) -> tuple[TriangleMesh, int]:
+    """Return a surface with a vertex in the middle of each edge of more than two triangles, and how many these are."""
+    edges, sides = _edges(mesh.faces)
+    crowded = np.bincount(sides.ravel()) > 2
+    return _halved(mesh, edges, sides, crowded)[0], int(np.count_nonzero(crowded))
+
+
+def _halved(mesh: TriangleMesh, edges: Indices, sides: Indices, chosen: Mask) -> tuple[TriangleMesh, Indices]:
+    """Return a surface with some edges (e,) bisected, and the faces (f,) that its own are parts of."""
+    ends, middle = edges[chosen], np.full(len(edges), -1)
+    middle[chosen] = mesh.n_vertices + np.arange(len(ends))
+    vertices = np.concatenate([mesh.vertices, 0.5 * (mesh.vertices[ends[:, 0]] + mesh.vertices[ends[:, 1]])])
+    data = joined([mesh.data, blended(mesh.data, ends, np.ones((len(ends), 2)))])
+    faces, rows = _split(vertices, mesh.faces, middle[sides])
+    return TriangleMesh(vertices, faces, data, mesh.unit), rows
 
 
 def _shortest(mesh: TriangleMesh) -> float:

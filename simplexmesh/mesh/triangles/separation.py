@@ -10,17 +10,18 @@ from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import cross, dot, normalized
 from simplexmesh.mesh._kernels import component_labels
 
+ALIKE = 1e-9
+"""Turns around an edge between triangles that are on each other."""
 
-def separated(vertices: Array, faces: Indices) -> tuple[Indices, Indices, int]:
+
+def separated(vertices: Array, faces: Indices) -> tuple[Indices, Indices]:
     """Return faces with vertices of their own for each surface that touches another, and the vertex each is a copy of.
 
     Around an edge of more than two triangles, each is joined to the next one on its inner side, first of its own
-    body; what finds none has a border there (after Gueziec et al. 2001, Cutting and stitching). The third is the
-    number of these edges.
+    body; what finds none has a border there (after Gueziec et al. 2001, Cutting and stitching). Edges of surfaces that
+    touch at both ends too stay crowded if they have no vertex between.
     """
-    mates, crowded = _mates(vertices, faces)
-    if not crowded:
-        return faces, np.arange(len(vertices)), 0
+    mates = _mates(vertices, faces)
     corner, starts = np.arange(faces.size), faces.ravel()
     following = corner - corner % 3 + (corner + 1) % 3
     joined = np.flatnonzero(mates >= 0)
@@ -31,11 +32,18 @@ def separated(vertices: Array, faces: Indices) -> tuple[Indices, Indices, int]:
     links = sparse.coo_matrix((np.ones(len(rows), dtype=bool), (rows, columns)), shape=(faces.size,) * 2)
     _, vertex = csgraph.connected_components(links, directed=False)
     _, first = np.unique(vertex, return_index=True)
-    return vertex.reshape(-1, 3).astype(faces.dtype), starts[first], crowded
+    return vertex.reshape(-1, 3).astype(faces.dtype), starts[first]
 
 
-def _mates(vertices: Array, faces: Indices) -> tuple[Indices, int]:
-    """Return the opposite of each half-edge, -1 for none, and the number of edges of more than two triangles."""
+def without_repeated(faces: Indices) -> Indices:
+    """Return the faces without those of the same corners in the same order as one before."""
+    turns = (faces.argmin(axis=1)[:, None] + np.arange(3)) % 3
+    first = np.unique(np.take_along_axis(faces, turns, axis=1), axis=0, return_index=True)[1]
+    return faces[np.sort(first)]
+
+
+def _mates(vertices: Array, faces: Indices) -> Indices:
+    """Return the opposite of each half-edge, -1 for none."""
     starts, ends = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     low, high = np.minimum(starts, ends), np.maximum(starts, ends)
     _, edge, count = np.unique(low * len(vertices) + high, return_inverse=True, return_counts=True)
@@ -52,15 +60,16 @@ def _mates(vertices: Array, faces: Indices) -> tuple[Indices, int]:
         order = np.argsort(name, kind="stable")
         for group in np.split(crowded[order], np.flatnonzero(np.diff(name[order])) + 1):
             _join(group.tolist(), (starts[group] < ends[group]).tolist(), mates)
-    return mates, int(np.count_nonzero(count > 2))
+    return mates
 
 
 def _angles(low: Array, high: Array, apex: Array) -> Array:
-    """Return the angle of each apex around its edge, right-handed from one direction that all edges share."""
+    """Return the turn of each apex around its edge, right-handed from one direction that all edges share."""
     axis = normalized(high - low)
     side = np.eye(3)[np.abs(axis).argmin(axis=1)]
     across = normalized(cross(axis, side))
-    return np.arctan2(dot(apex - low, cross(axis, across)), dot(apex - low, across))
+    angle = np.arctan2(dot(apex - low, cross(axis, across)), dot(apex - low, across))
+    return np.round(angle / (2 * np.pi * ALIKE)) % round(1 / ALIKE)
 
 
 def _join(around: list[int], forward: list[bool], mates: Indices) -> None:

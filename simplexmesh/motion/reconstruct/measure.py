@@ -174,10 +174,14 @@ def measure(run: Run) -> None:
     run.bare = share_of_area(mesh, away > 2 * reach)
     lid = run.options.holes == "open" and has_lid(run.target, mesh, run.bare)
     off = 0.0 if lid else float((away > limit).mean())
-    _warn_of_poor_fit(run, off, float(((missing > limit) & ~enclosed).mean()))
+    missed = float(((missing > limit) & ~enclosed).mean())
+    _warn_of_poor_fit(run, off, missed)
     walls = not mesh.n_holes and not run.data.layered  # of volumes, cavities that were filled are told
+    alone = run.found is None and run.data.leaves_bodies
     if walls and (message := walls_message(points, missing, mesh)):
-        warn(message + "; components='all' keeps walls of cavities" * run.data.leaves_bodies)
+        warn(message + "; components='all' keeps inner bodies and walls of cavities" * alone)
+    elif alone and missed <= MOST_MISSED:
+        warn("smaller bodies are left out; components='all' keeps them")
     _warn_of_topology(run, lid=lid)
     run.report(1.0, "done")
 
@@ -189,8 +193,8 @@ def _warn_of_poor_fit(run: Run, unseen: float, missed: float) -> None:
     if unseen > MOST_UNSEEN:
         warn(f"{unseen:.0%} of the model is far from any data")
     if missed > MOST_MISSED:
-        dropped = run.data.components != "all" and run.found is not None and run.found.components_dropped
-        left_out = dropped or run.data.leaves_bodies
+        dropped = run.data.leaves_bodies if run.found is None else run.found.components_dropped
+        left_out = dropped and run.data.components != "all"
         hint = "components='all' keeps all its pieces" if left_out else "more vertices or another start may reach it"
         warn(f"{missed:.0%} of the data is far from the model; {hint}")
     elif run.lost:

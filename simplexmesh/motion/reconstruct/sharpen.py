@@ -16,6 +16,7 @@ from simplexmesh.motion.reconstruct.measure import share_of_area
 from simplexmesh.motion.reconstruct.options import Options, stages_from
 from simplexmesh.motion.reconstruct.result import LEAST_BARE
 from simplexmesh.motion.reconstruct.run import Run
+from simplexmesh.motion.start.solid_mesh import edge_length
 from simplexmesh.motion.targets.isosurface import Isosurface
 from simplexmesh.motion.targets.labels import LabelSurface
 from simplexmesh.motion.targets.triangles import Triangles
@@ -30,7 +31,7 @@ def along_edges(data: Input, options: Options, report: Progress) -> Run | None:
         return None
     body: TriangleMesh | None = data.source
     if data.leaves_bodies:
-        body = largest_body(data.source)
+        body = largest_body(data.source, edge_length(data.source.area, options.vertices))
     if body is None or body.volume <= 0:
         return None
     points = (data.samples() if body is data.source else body.sampled(len(data.samples()))).points

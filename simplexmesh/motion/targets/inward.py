@@ -32,8 +32,17 @@ def warn_inward(name: str, mesh: TriangleMesh, outcome: str) -> None:
 
 
 def without_inside_out(mesh: TriangleMesh) -> TriangleMesh:
-    """Return an oriented closed surface with bodies flipped that are inside out, which walls of cavities are not."""
-    flip = _bodies_inside_out(mesh.vertices, mesh.faces, manifold.half_edge_mates(mesh.faces))
+    """Return an oriented closed surface with all bodies outward but walls of cavities: inward ones inside of others.
+
+    All are turned over first where they are inside out together.
+    """
+    turned = mesh.volume < 0
+    faces, vertices = mesh.faces[:, ::-1] if turned else mesh.faces, mesh.vertices - mesh.vertices.mean(axis=0)
+    body = _kernels.component_labels((manifold.half_edge_mates(faces) // 3).astype(np.int32))
+    inward = (np.bincount(body, dot(triangle_vectors(vertices, faces), vertices[faces[:, 0]])) < 0)[body]
+    corners = vertices[faces[inward]].reshape(-1, 3)
+    outside = winding_numbers(corners, vertices, faces[~inward]) < 0.5
+    flip = np.isin(body, np.repeat(body[inward], 3)[outside]) != turned
     if not flip.any():
         return mesh
     warn(f"flipped {flip.sum():,} of {len(flip):,} triangles")

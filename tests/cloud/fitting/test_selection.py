@@ -99,9 +99,15 @@ def test_values_that_are_nearly_right_are_not_warned_of(known):
     assert sm.fit_primitive(pipe_of_5_cm(), "cylinder", **known).radius == pytest.approx(0.05, rel=0.02)
 
 
-def pipe_of_5_cm():
+def test_a_wrong_radius_of_a_long_pipe_is_told():
+    """Its points are a hundredth of a thousandth of their size away from the wrong one."""
+    with pytest.warns(sm.SimplexMeshWarning, match=r"^with radius as known the points are .* radius 0\.0[45]"):
+        sm.fit_primitive(pipe_of_5_cm(100.0), "cylinder", radius=0.06)
+
+
+def pipe_of_5_cm(length=1.0):
     rng = np.random.default_rng(0)
-    turn, height = rng.uniform([0, 0], [2 * np.pi, 1], (2000, 2)).T
+    turn, height = rng.uniform([0, 0], [2 * np.pi, length], (2000, 2)).T
     return np.stack([0.05 * np.cos(turn), 0.05 * np.sin(turn), height], axis=1) + rng.normal(0, 1e-3, (2000, 3))
 
 

@@ -9,6 +9,8 @@ import pytest
 
 import simplexmesh as sm
 from simplexmesh.motion.reconstruct.bodies import largest_body
+from simplexmesh.motion.reconstruct.conversion import as_input
+from simplexmesh.motion.targets.inward import without_inside_out
 
 CORNERS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
 QUADS = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
@@ -34,7 +36,7 @@ LARGE = ((0.3, 0.2, 0.1), (1.0, 0.8, 0.6))
     ],
 )
 def test_the_largest_body_is_found_where_the_others_are_clear_of_it(other):
-    found = largest_body(boxes(other, LARGE))
+    found = largest_body(boxes(other, LARGE), 0.05)
     assert found.n_faces == 12
     assert found.volume == pytest.approx(8 * np.prod(LARGE[1]))
 
@@ -45,16 +47,17 @@ def test_the_largest_body_is_found_where_the_others_are_clear_of_it(other):
         pytest.param(((1.2, 0.9, 0.6), (0.5, 0.4, 0.3)), id="across a corner"),
         pytest.param(((0.3, 0.2, 0.1), (0.1, 0.1, 3)), id="through, with all corners outside"),
         pytest.param(((1.8, 0.2, 0.1), (0.5, 0.4, 0.3)), id="wall to wall"),
+        pytest.param(((1.35, 0.2, 0.1), (0.03, 0.03, 0.03)), id="nearer than an edge"),
     ],
 )
 def test_a_body_that_another_one_crosses_or_touches_is_not_alone(other):
-    assert largest_body(boxes(LARGE, other)) is None
+    assert largest_body(boxes(LARGE, other), 0.05) is None
 
 
 def test_a_small_body_that_crosses_is_seen_beside_one_of_great_area():
     plate, small = ((100, 0, 0), (1e-6, 500, 500)), ((1.3, 0.2, 0.1), (0.02, 0.02, 0.02))
-    assert largest_body(boxes(LARGE, plate)) is not None
-    assert largest_body(boxes(LARGE, plate, small)) is None
+    assert largest_body(boxes(LARGE, plate), 0.05) is not None
+    assert largest_body(boxes(LARGE, plate, small), 0.05) is None
 
 
 @pytest.mark.parametrize(
@@ -62,15 +65,17 @@ def test_a_small_body_that_crosses_is_seen_beside_one_of_great_area():
     [
         (
             ((0.3, 0.2, 0.1), (0.5, 0.4, 0.3)),
-            "of the data is inside of the model, .*'all' keeps walls of cavities",
+            "of the data is inside of the model, .*'all' keeps inner bodies and walls of cavities",
         ),
         (((3, 0.2, 0.1), (0.5, 0.4, 0.3)), "of the data is far from the model; components='all' keeps"),
+        (((3, 0.2, 0.1), (0.1, 0.1, 0.1)), "smaller bodies are left out; components='all' keeps them"),
     ],
 )
 def test_the_largest_body_is_made_along_its_edges(other, told):
     """It was moved to samples of all of them: six times slower, and rounded at its corners."""
     with pytest.warns(sm.SimplexMeshWarning, match=told):
-        model = sm.reconstruct(boxes(LARGE, other), vertices=600)
+        model = sm.reconstruct(replace(boxes(LARGE, other), unit="mm"), vertices=600)
+    assert model.mesh.unit == "mm"
     assert len(model.creases) == 12
     assert model.mesh.volume == pytest.approx(8 * np.prod(LARGE[1]), rel=1e-6)
 
@@ -102,3 +107,24 @@ def test_a_round_cavity_is_kept_by_the_motion():
     model = sm.reconstruct(hollow, vertices=800, components="all", creases="none")
     assert (model.mesh.n_components, model.tangled, model.strayed) == (2, 0, 0)
     assert model.mesh.volume == pytest.approx(hollow.volume, rel=0.03)
+
+
+def test_an_inverted_body_that_crosses_another_is_no_cavity():
+    """By one point in front of one face it was one or none, by the last bit."""
+    cube, other = ((0, 0, 0), (1, 1, 1)), ((1.1, 0.05, 0.07), (0.5, 0.5, 0.5))
+    mesh = boxes(cube, other)
+    mesh = sm.TriangleMesh(mesh.vertices, np.concatenate([mesh.faces[:12], mesh.faces[12:, ::-1]]))
+    for seed in range(4):
+        moved = mesh.vertices + 1e-12 * np.random.default_rng(seed).normal(size=mesh.vertices.shape)
+        with pytest.warns(sm.SimplexMeshWarning, match="^flipped 12 of 24 triangles$"):
+            assert without_inside_out(replace(mesh, vertices=moved)).volume == pytest.approx(9)
+
+
+def test_an_open_sheet_beside_an_inverted_body_keeps_its_side():
+    ball, sheet = sm.sphere(6).triangulated(), sm.plane(8, 8).triangulated().scaled(4)
+    ball = sm.TriangleMesh(ball.vertices + np.array([0, 0, 3.0]), ball.faces[:, ::-1])
+    both = np.concatenate([sheet.vertices, ball.vertices]), np.concatenate([sheet.faces, ball.faces + sheet.n_vertices])
+    with pytest.warns(sm.SimplexMeshWarning, match="closed components that face inward"):
+        found = as_input(both, components="all").source
+    assert found.face_vectors[: sheet.n_faces, 2].min() > 0
+    assert sm.TriangleMesh(found.vertices, found.faces[sheet.n_faces :]).volume > 0

@@ -184,7 +184,7 @@ def test_sheets_that_meet_in_a_line_stay_apart_if_they_share_no_vertices():
     assert (found.n_components, found.n_holes) == (3, 3)
 
 
-def test_bodies_that_touch_at_an_edge_are_modeled_as_two():
+def test_bodies_that_touch_at_an_edge_are_modeled():
     corners = np.array(list(itertools.product((0.0, 1.0), repeat=3)))
     quads = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
     box = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
