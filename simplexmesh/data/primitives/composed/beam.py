@@ -105,10 +105,8 @@ class Beam(Composed):
         return TriangleMesh(found.vertices, found.faces[:, ::-1])  # as across and around are to the left
 
     def _with(self, origin: Array, axis: Array, *shape: Any) -> Self:
-        across = (
-            self.across if abs(dot(self.frame[0], axis)) < abs(dot(self.axis, axis)) else None
-        )  # turned: told later
-        return cast(Any, type(self))(origin, axis, *shape, across=across)
+        turned = abs(dot(self.frame[0], axis)) >= abs(dot(self.axis, axis))  # its width is told later
+        return cast(Any, type(self))(origin, axis, *shape, across=None if turned else self.across)
 
     def _flat(self, local: Array) -> Array:
         return local[:, :2]
