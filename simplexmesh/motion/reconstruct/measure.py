@@ -177,10 +177,9 @@ def measure(run: Run) -> None:
     missed = float(((missing > limit) & ~enclosed).mean())
     _warn_of_poor_fit(run, off, missed)
     walls = not mesh.n_holes and not run.data.layered  # of volumes, cavities that were filled are told
-    alone = run.found is None and run.data.leaves_bodies
     if walls and (message := walls_message(points, missing, mesh)):
-        warn(message + "; components='all' keeps inner bodies and walls of cavities" * alone)
-    elif alone and missed <= MOST_MISSED:
+        warn(message + "; components='all' keeps inner bodies and walls of cavities" * run.alone)
+    elif run.alone and missed <= MOST_MISSED:
         warn("smaller bodies are left out; components='all' keeps them")
     _warn_of_topology(run, lid=lid)
     run.report(1.0, "done")
@@ -193,8 +192,8 @@ def _warn_of_poor_fit(run: Run, unseen: float, missed: float) -> None:
     if unseen > MOST_UNSEEN:
         warn(f"{unseen:.0%} of the model is far from any data")
     if missed > MOST_MISSED:
-        dropped = run.data.leaves_bodies if run.found is None else run.found.components_dropped
-        left_out = dropped and run.data.components != "all"
+        dropped = run.found is not None and run.data.components != "all" and run.found.components_dropped
+        left_out = run.alone or dropped
         hint = "components='all' keeps all its pieces" if left_out else "more vertices or another start may reach it"
         warn(f"{missed:.0%} of the data is far from the model; {hint}")
     elif run.lost:

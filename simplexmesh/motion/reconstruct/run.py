@@ -72,6 +72,11 @@ class Run:
     _away: tuple[SimplexMesh, Array, Array] | None = None
 
     @property
+    def alone(self) -> bool:
+        """Whether the model is that of the largest of several bodies, made along its edges."""
+        return self.data.leaves_bodies and self.found is None and self.options.init == "auto"
+
+    @property
     def opens(self) -> bool:
         """Whether holes are opened where the data ends."""
         wanted = self.options.holes

@@ -80,6 +80,12 @@ def test_the_largest_body_is_made_along_its_edges(other, told):
     assert model.mesh.volume == pytest.approx(8 * np.prod(LARGE[1]), rel=1e-6)
 
 
+def test_a_start_that_has_all_bodies_leaves_none_out():
+    both = boxes(LARGE, ((3, 0.2, 0.1), (0.4, 0.4, 0.4)))
+    start = sm.reconstruct(both, vertices=600, components="all", creases="none").mesh
+    assert sm.reconstruct(both, init=start, creases="none").mesh.n_components == 2  # without a warning
+
+
 def test_bodies_that_cross_are_made_as_one():
     other = ((1.2, 0.2, 0.1), (0.5, 0.4, 0.3))
     with warnings.catch_warnings():
