@@ -8,7 +8,7 @@ import numpy as np
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices, Mask
-from simplexmesh._base.named_arrays import joined
+from simplexmesh._base.named_arrays import Data, joined
 from simplexmesh._base.vectors import norm
 from simplexmesh.data.conversion import as_triangles
 from simplexmesh.data.triangles import TriangleMesh
@@ -64,13 +64,15 @@ def divided(surface: Any, longest: float | None = None) -> TriangleMesh:
 
 def bisected(mesh: TriangleMesh, longest: float) -> tuple[TriangleMesh, Indices]:
     """Return a surface divided until no edge is longer than a length, and the faces (f,) that its own are parts of."""
-    owners = np.arange(mesh.n_faces)
+    vertices, faces, data = np.asarray(mesh.vertices), np.asarray(mesh.faces), mesh.data
+    owners = np.arange(len(faces))
     while True:
-        edges, sides = _edges(mesh.faces)
-        long = norm(mesh.vertices[edges[:, 0]] - mesh.vertices[edges[:, 1]]) > longest
+        edges, sides = _edges(faces)
+        long = norm(vertices[edges[:, 0]] - vertices[edges[:, 1]]) > longest
         if not long.any():
-            return mesh, owners
-        mesh, rows = _halved(mesh, edges, sides, long)
+            return TriangleMesh(vertices, faces, data, mesh.unit), owners
+        vertices, data, middle = _with_middles(vertices, data, edges, long)
+        faces, rows = _split(vertices, faces, middle[sides])
         owners = owners[rows]
 
 
@@ -78,17 +80,17 @@ def halved_where_crowded(mesh: TriangleMesh) -> tuple[TriangleMesh, int]:
     """Return a surface with a vertex in the middle of each edge of more than two triangles, and how many these are."""
     edges, sides = _edges(mesh.faces)
     crowded = np.bincount(sides.ravel()) > 2
-    return _halved(mesh, edges, sides, crowded)[0], int(np.count_nonzero(crowded))
+    vertices, data, middle = _with_middles(mesh.vertices, mesh.data, edges, crowded)
+    faces, _ = _split(vertices, mesh.faces, middle[sides])
+    return TriangleMesh(vertices, faces, data, mesh.unit), int(np.count_nonzero(crowded))
 
 
-def _halved(mesh: TriangleMesh, edges: Indices, sides: Indices, chosen: Mask) -> tuple[TriangleMesh, Indices]:
-    """Return a surface with some edges (e,) bisected, and the faces (f,) that its own are parts of."""
+def _with_middles(vertices: Array, data: Data, edges: Indices, chosen: Mask) -> tuple[Array, Data, Indices]:
+    """Return vertices and data with the middles of some edges (e,) behind, and where these are, -1 for the others."""
     ends, middle = edges[chosen], np.full(len(edges), -1)
-    middle[chosen] = mesh.n_vertices + np.arange(len(ends))
-    vertices = np.concatenate([mesh.vertices, 0.5 * (mesh.vertices[ends[:, 0]] + mesh.vertices[ends[:, 1]])])
-    data = joined([mesh.data, blended(mesh.data, ends, np.ones((len(ends), 2)))])
-    faces, rows = _split(vertices, mesh.faces, middle[sides])
-    return TriangleMesh(vertices, faces, data, mesh.unit), rows
+    middle[chosen] = len(vertices) + np.arange(len(ends))
+    vertices = np.concatenate([vertices, 0.5 * (vertices[ends[:, 0]] + vertices[ends[:, 1]])])
+    return vertices, joined([data, blended(data, ends, np.ones((len(ends), 2)))]), middle
 
 
 def _shortest(mesh: TriangleMesh) -> float:

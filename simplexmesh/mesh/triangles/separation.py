@@ -1,4 +1,4 @@
-"""Surfaces that touch along edges or at vertices, taken apart into such as are manifold."""
+"""Surfaces that touch along edges, taken apart into such as are manifold."""
 
 from __future__ import annotations
 

@@ -116,3 +116,14 @@ def test_a_sheet_on_a_body_gets_a_border_there():
     mesh, crowded = apart(fin)
     assert crowded == 1
     assert (mesh.topology.n_components, mesh.topology.n_borders) == (2, 1)
+
+
+def test_a_sheet_around_the_edge_of_a_body_is_joined_to_itself():
+    """Its two sides lie right beside those of the wedge, each of which is nearer to one of them than the other is."""
+    wedge = np.array([[0, 0, 0], [0, 0, 1], [1, 0, 0.5], [0, 1, 0.5]], float)
+    faces = np.array([[0, 3, 1], [0, 1, 2], [1, 3, 2], [0, 2, 3]])
+    for order in ([[1, 0, 4], [0, 1, 5]], [[0, 1, 4], [1, 0, 5]]):
+        around = np.array([[1, -0.2, 0.5], [-0.2, 1, 0.5]])
+        mesh, crowded = apart(sm.TriangleMesh(np.concatenate([wedge, around]), np.concatenate([faces, order])))
+        assert crowded == 1
+        assert (mesh.topology.n_components, mesh.topology.n_borders) == (2, 1)
