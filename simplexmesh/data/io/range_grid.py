@@ -29,7 +29,7 @@ def grid_faces(points: Array, grid: Indices) -> Indices:
         faces = faces[:, ::-1]
     a, b, c = points[faces.T]
     edges = vectors.norm(np.stack([a - c, b - a, c - b]))
-    long = edges.max(axis=0) > LONGEST * np.median(edges) if len(edges) else np.zeros(0, dtype=bool)
+    long = edges.max(axis=0) > LONGEST * (np.median(edges) if edges.size else 0.0)
     return np.ascontiguousarray(faces[~long])
 
 

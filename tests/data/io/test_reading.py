@@ -335,6 +335,10 @@ class TestRangeGrids:
         faces = grid_faces(points, np.where(grid < 0, 0, grid))
         assert np.ptp(points[faces][:, :, 0], axis=1).max() < 0.5
 
+    def test_points_without_neighbors_look_at_the_sensor(self):
+        grid = np.array([[0, -1, 1], [-1, -1, -1], [2, -1, -1]])
+        assert_array_equal(grid_normals(np.eye(3), grid), [[0, 0, 1]] * 3)
+
     def test_ply(self, scan, tmp_path):
         points, grid = scan
         used = grid[grid >= 0]
