@@ -31,7 +31,12 @@ def part_of(report: Progress, low: float, high: float) -> Progress:
 
 
 @contextmanager
-def reporting(progress: bool | Progress, title: str) -> Iterator[Progress]:  # noqa: FBT001  the caller's own keyword
+def reporting(
+    progress: bool | Progress,  # noqa: FBT001  the caller's own keyword
+    title: str,
+    *,
+    stderr: bool = False,
+) -> Iterator[Progress]:
     """Yield a function to report to: the user's, one that updates a bar on the terminal or notebook, or a dummy."""
     from simplexmesh._base import checks  # late, as it imports NumPy
 
@@ -41,7 +46,7 @@ def reporting(progress: bool | Progress, title: str) -> Iterator[Progress]:  # n
         from rich.console import Console
         from rich.progress import Progress as Bar
 
-        console = Console()
+        console = Console(stderr=stderr)
         with Bar(console=console, transient=not console.is_jupyter) as bar, bar_reporting(bar, title) as report:
             yield report
     else:

@@ -38,7 +38,7 @@ def triangle_vectors(points: Array, triangles: Indices) -> Array:
 
 def sums(vectors: Array, rows: Indices, n: int) -> Array:
     """Return the sums (n, k) of the vectors (m, k) in each of the `rows` (m,)."""
-    return np.stack([np.bincount(rows, column, n) for column in vectors.T], axis=1)
+    return np.stack([np.bincount(rows, column, n) for column in vectors.T], axis=1, dtype=np.float64)
 
 
 def vertex_normals(points: Array, triangles: Indices) -> Array:

@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from simplexmesh._base.interrupts import Interrupts, deferred_interrupts
-from simplexmesh._base.progress import Progress
+from simplexmesh._base.progress import Progress, reporting
 from simplexmesh.data.json_text import json_text
 
 MODELS = (".vtp", ".ply", ".obj", ".off", ".stl")
@@ -108,21 +108,8 @@ def progress(title: str, *, wanted: bool = True) -> Iterator[Progress]:
     from simplexmesh._base._kernels_compiled import announce
 
     announce()
-    if not wanted or not sys.stderr.isatty():
-        yield lambda fraction, message: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
-    from rich.progress import Progress as Bar
-
-    from simplexmesh._base.progress import bar_reporting
-
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %"))
-    with (
-        Bar(*columns, TimeElapsedColumn(), console=Console(stderr=True), transient=True) as bar,
-        bar_reporting(bar, title) as moved,
-    ):
-        yield moved
+    with reporting(wanted and sys.stderr.isatty(), title, stderr=True) as shown:
+        yield shown
 
 
 def writable(path: Path, option: str, endings: tuple[str, ...], inputs: list[Path] | None = None) -> Path:

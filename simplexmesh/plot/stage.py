@@ -116,8 +116,6 @@ def picture(path: str | Path, plotter: pv.Plotter, *, close: bool = True) -> Pat
     """
     if not isinstance(path, str | os.PathLike):
         raise TypeError(f"path must be a file name, followed by the plotter, not {type(path).__name__}")
-    if isinstance(plotter, str | os.PathLike):
-        raise TypeError(f"plotter must be a pyvista.Plotter, not {plotter!r}")
     path = Path(path)
     checks.choice("the end of the picture's name", path.suffix.lower(), PICTURES)
     with draft(path) as part:
