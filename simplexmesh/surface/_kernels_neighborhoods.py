@@ -96,15 +96,6 @@ def ordered_rings(starts, ahead, behind):
 
 
 @njit(cache=True)
-def _grown(found):
-    """Return a copy with twice the capacity."""
-    grown = np.empty(2 * found.shape[0], np.int64)
-    for k in range(found.shape[0]):
-        grown[k] = found[k]
-    return grown
-
-
-@njit(cache=True)
 def within(offsets, members, points, centers, steps, radius, most):
     """Return CSR (offsets, members) of the vertices so many edges away in a ball, over such, until more than `most`."""
     stamp = np.full(points.shape[0], -1, np.int64)
@@ -128,7 +119,7 @@ def within(offsets, members, points, centers, steps, radius, most):
                         square += (points[j, axis] - points[center, axis]) ** 2
                     if square <= radius * radius:
                         if place == found.shape[0]:
-                            found = _grown(found)
+                            found = np.concatenate((found, np.empty_like(found)))
                         found[place] = j
                         place += 1
             ring, stop, step = stop, place, step + 1

@@ -69,11 +69,15 @@ class SampledSurface:
         return ends, norm(self.points[ring.members] - self.points[ends])
 
     @cached_property
+    def edges(self) -> csr_array:
+        """(n, n) the lengths of the edges of the one-rings, above 0, as graphs of SciPy have them."""
+        ring, n = self.one_ring, len(self.points)
+        return csr_array((np.maximum(self.ring_edges[1], 1e-300), ring.members, ring.offsets), shape=(n, n))
+
+    @cached_property
     def components(self) -> Indices:
         """(n,) the connected component of each point over the edges of the one-rings."""
-        ring, n = self.one_ring, len(self.points)
-        links = csr_array((np.ones(len(ring.members), bool), ring.members, ring.offsets), shape=(n, n))
-        return np.asarray(connected_components(links, directed=False)[1], np.int64)
+        return np.asarray(connected_components(self.edges, directed=False)[1], np.int64)
 
     @cached_property
     def tree(self) -> cKDTree:

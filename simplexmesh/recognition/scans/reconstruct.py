@@ -10,6 +10,7 @@ from itertools import combinations
 from typing import Any, ParamSpec
 
 import numpy as np
+from scipy.sparse.csgraph import connected_components
 
 from simplexmesh._base.errors import warn
 from simplexmesh._base.progress import Progress, part_of, reporting
@@ -155,10 +156,7 @@ def _contacts(scans: list[Scan]) -> tuple[set[Pair], list[Pair]]:
 
 def _hang_together(pairs: set[Pair], count: int) -> bool:
     """Whether pairs join all of so many scans."""
-    reached, waiting = {0}, [0]
-    while waiting:
-        here = waiting.pop()
-        new = {k for pair in pairs if here in pair for k in pair} - reached
-        reached |= new
-        waiting += new
-    return len(reached) == count
+    meeting = np.zeros((count, count), bool)
+    for pair in pairs:
+        meeting[pair] = True
+    return int(connected_components(meeting, directed=False)[0]) == 1

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from simplexmesh._base import checks
@@ -141,9 +140,7 @@ def picked_vertex(samples: SampledSurface, pick: int | ArrayLike, radius: float)
 
 def geodesic_ball(samples: SampledSurface, start: int, radius: float) -> tuple[Indices, Array]:
     """Return the vertices within a distance along the edges, and their distances."""
-    ring, n = samples.one_ring, len(samples.points)
-    links = csr_matrix((np.maximum(samples.ring_edges[1], 1e-300), ring.members, ring.offsets), (n, n))
-    distances = dijkstra(links, directed=False, indices=start, limit=radius)
+    distances = dijkstra(samples.edges, directed=False, indices=start, limit=radius)
     near = np.flatnonzero(np.isfinite(distances))
     return near, distances[near]
 

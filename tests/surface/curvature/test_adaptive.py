@@ -11,6 +11,7 @@ import pyvista as pv
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.linalg import norm
+from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import ConvexHull, Delaunay
 from scipy.spatial.transform import Rotation
 
@@ -21,7 +22,6 @@ from simplexmesh.bench.truth.graphs import graph
 from simplexmesh.bench.truth.grids import on_border
 from simplexmesh.bench.truth.noise import noisy, unit_of
 from simplexmesh.surface.curvature.adaptive import _kernels_jets as kernels
-from simplexmesh.surface.curvature.adaptive import _kernels_scales as scale_kernels
 from simplexmesh.surface.curvature.adaptive._kernels_balls import Surface, collected
 from simplexmesh.surface.curvature.adaptive._kernels_polynomials import workspace
 from simplexmesh.surface.curvature.adaptive.adaptive import Jets, fitted
@@ -29,6 +29,7 @@ from simplexmesh.surface.curvature.adaptive.probes import ProbeFits, noise_level
 from simplexmesh.surface.curvature.adaptive.scales import (
     LADDER,
     _probed,
+    nearest_probe,
     scales_of,
     shuffling,
     smoothed,
@@ -435,19 +436,10 @@ class TestTwins:
 
     def test_nearest_probes(self):
         samples, chance = self.drawn(3, 0.0, False)
-        ring, n = samples.one_ring, len(samples.points)
+        n = len(samples.points)
         rows = np.sort(chance.choice(n, 40, replace=False))
-        found = scale_kernels.nearest_probe(ring.offsets, ring.members, samples.points, rows)
-        away = np.full((len(rows), n), n)
-        for r, i in enumerate(rows):
-            reached, step = {int(i)}, 0
-            away[r, i] = 0
-            while len(reached) < n:
-                step += 1
-                reached |= {int(j) for k in reached for j in ring[k]}
-                new = [j for j in reached if away[r, j] == n]
-                away[r, new] = step
-        np.testing.assert_array_equal(away[found, np.arange(n)], away.min(axis=0))
+        away = dijkstra(samples.edges, indices=rows)
+        np.testing.assert_array_equal(away[nearest_probe(samples, rows), np.arange(n)], away.min(axis=0))
 
     def test_spacing_is_the_edge_of_an_even_mesh(self):
         ball = article_bodies.icosphere(12, 1.0)

@@ -7,7 +7,6 @@ import math
 from typing import NamedTuple
 
 from simplexmesh.surface.curvature.adaptive._kernels_balls import jit, unit
-from simplexmesh.surface.curvature.adaptive._kernels_polynomials import bending
 from simplexmesh.surface.reasons import FOUND
 
 
@@ -52,8 +51,6 @@ def normalize(row, out):
 @jit
 def jet_of(x, frame):
     """Return the jet of the height polynomial x in a frame."""
-    mean, gauss = bending(x)
-    amplitude = math.sqrt(max(mean * mean - gauss, 0.0))
     p, q = x[1], x[2]
     g = 1.0 + p * p + q * q
     root = math.sqrt(g)
@@ -62,7 +59,8 @@ def jet_of(x, frame):
     e, f, h = 1.0 + p * p, p * q, 1.0 + q * q
     a, b = (r * h - s * f) / g, (s * h - t * f) / g
     c, d = (s * e - r * f) / g, (t * e - s * f) / g
-    largest = 0.5 * (a + d) + amplitude
+    mean, amplitude = 0.5 * (a + d), math.sqrt(max(0.25 * (a - d) ** 2 + b * c, 0.0))
+    largest = mean + amplitude
     # eigenvector of [[a, b], [c, d]], from the row of the larger entries
     if abs(largest - a) + abs(b) > abs(largest - d) + abs(c):
         first, second = b, largest - a

@@ -228,16 +228,6 @@ def normal_equations(degree, count, work):
 
 
 @jit
-def bending(x):
-    """Return H, positive on summits, and K of the graph z = x[0] + x[1] u + ... at the origin (do Carmo 1976, 3-3)."""
-    p, q = x[1], x[2]
-    r, s, t = 2.0 * x[3], x[4], 2.0 * x[5]
-    g = 1.0 + p * p + q * q
-    mean = -((1.0 + q * q) * r - 2.0 * p * q * s + (1.0 + p * p) * t) / (2.0 * g * math.sqrt(g))
-    return mean, (r * t - s * s) / (g * g)
-
-
-@jit
 def flattened(count, work):
     """Rotate the frame to the tangent plane of a quadric, in chords at last; return whether one is determined."""
     places, frame, u, v, z, matrix, y, x = work.places, work.frame, work.u, work.v, work.z, work.matrix, work.y, work.x

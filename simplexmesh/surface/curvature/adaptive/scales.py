@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import dot, sums, triangle_vectors
-from simplexmesh.surface.curvature.adaptive import _kernels_scales as kernels
 from simplexmesh.surface.curvature.adaptive._kernels_balls import Surface
 from simplexmesh.surface.curvature.adaptive._kernels_polynomials import HIGHEST
 from simplexmesh.surface.curvature.adaptive.probes import ProbeFits, noise_level, probe_fits, risks
@@ -147,14 +147,19 @@ def _drawn(connected: Indices, spacing: Array, valence: Indices) -> Indices:
 
 def _probed(samples: SampledSurface, order: Indices) -> tuple[Indices, Indices]:
     """Return the points to probe, at least one per component, and the row of the nearest of these to each, or -1."""
-    ring = samples.one_ring
     rows = np.sort(order[: max(MIN_PROBES, len(order) // PER_PROBE)])
-    nearest = kernels.nearest_probe(ring.offsets, ring.members, samples.points, rows)
+    nearest = nearest_probe(samples, rows)
     missed = order[nearest[order] < 0]
     if len(missed):
         rows = np.sort(np.append(rows, missed[np.unique(samples.components[missed], return_index=True)[1]]))
-        nearest = kernels.nearest_probe(ring.offsets, ring.members, samples.points, rows)
+        nearest = nearest_probe(samples, rows)
     return rows, nearest
+
+
+def nearest_probe(samples: SampledSurface, rows: Indices) -> Indices:
+    """Return for each point the place in `rows`, ascending, of the nearest along edges; -1 where none is connected."""
+    nearest = dijkstra(samples.edges, indices=rows, min_only=True, return_predecessors=True)[2]
+    return np.where(nearest >= 0, np.searchsorted(rows, nearest), -1)
 
 
 def _best(risk: Array) -> Indices:
