@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from simplexmesh._base import checks
-from simplexmesh._base.arrays import Indices
+from simplexmesh._base.arrays import Indices, Mask
 from simplexmesh._base.errors import TopologyError
 from simplexmesh._base.named_arrays import joined, taken
 from simplexmesh._base.units import common_unit
@@ -172,19 +172,21 @@ def parts(mesh: SimplexMesh) -> tuple[Edited, ...]:
     [0, 1]
     """
     c = checks.instance("mesh", mesh, SimplexMesh).connectivity
+    return tuple(restricted(mesh, c.components == label) for label in range(c.n_components))
+
+
+def restricted(mesh: SimplexMesh, inside: Mask) -> Edited:
+    """Return the components of a mesh whose vertices are in a mask (n,), with the maps from the whole mesh."""
+    c = mesh.connectivity
     first = c.face_darts[c.face_offsets[:-1]]
-    out = []
-    for label in range(c.n_components):
-        inside = c.components == label
-        number = np.where(inside, np.cumsum(inside) - 1, -1).astype(np.int32)
-        twin, holes = c.twin[inside], c.hole_darts[inside[c.hole_darts // 3]]
-        contours = {
-            name: 3 * number[darts // 3] + darts % 3 for name, darts in c.contour_darts.items() if inside[darts[0] // 3]
-        }
-        connectivity = Connectivity(3 * number[twin // 3] + twin % 3, 3 * number[holes // 3] + holes % 3, contours)
-        kept = inside[first // 3]
-        face_map = np.full(len(first), -1, np.int32)
-        face_map[kept] = connectivity.face.reshape(-1)[3 * number[first[kept] // 3] + first[kept] % 3]
-        part = SimplexMesh(mesh.vertices[inside], connectivity, taken(mesh.data, inside), mesh.unit)
-        out.append(Edited(part, checks.frozen(number), checks.frozen(face_map)))
-    return tuple(out)
+    number = np.where(inside, np.cumsum(inside) - 1, -1).astype(np.int32)
+    twin, holes = c.twin[inside], c.hole_darts[inside[c.hole_darts // 3]]
+    contours = {
+        name: 3 * number[darts // 3] + darts % 3 for name, darts in c.contour_darts.items() if inside[darts[0] // 3]
+    }
+    connectivity = Connectivity(3 * number[twin // 3] + twin % 3, 3 * number[holes // 3] + holes % 3, contours)
+    kept = inside[first // 3]
+    face_map = np.full(len(first), -1, np.int32)
+    face_map[kept] = connectivity.face.reshape(-1)[3 * number[first[kept] // 3] + first[kept] % 3]
+    part = SimplexMesh(mesh.vertices[inside], connectivity, taken(mesh.data, inside), mesh.unit)
+    return Edited(part, checks.frozen(number), checks.frozen(face_map))

@@ -16,7 +16,7 @@ from scipy.special import ndtri
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import dot, normalized
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.creases.line import CreaseLine
+from simplexmesh.motion.creases.line import CreaseLine, stretches
 from simplexmesh.motion.targets.isosurface import Isosurface
 
 WIDEST = 3.0
@@ -58,10 +58,7 @@ def blur_of(target: Isosurface, mesh: SimplexMesh) -> float:
 
 def are_sharp(lines: Sequence[CreaseLine], mesh: SimplexMesh, target: Isosurface, blur: float) -> Mask:
     """Return which lines (k,) on the isosurface near a mesh are sharp edges but for the blur."""
-    ends = [line.samples(blur)[0] for line in lines]
-    places = np.concatenate([0.5 * (line[:-1] + line[1:]) for line in ends])
-    along = normalized(np.concatenate([np.diff(line, axis=0) for line in ends]))
-    of = np.repeat(np.arange(len(lines)), [len(line) - 1 for line in ends])
+    places, along, of = stretches(lines, blur)
     up = mesh.normals[cKDTree(mesh.vertices).query(places)[1]]
     up = normalized(up - dot(up, along)[:, None] * along)
     one, two, four = (_turns(target, places, up, along, blur, k) for k in (1, 2, 4))

@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import dot, normalized, vertex_normals
 from simplexmesh.data.triangles import TriangleMesh
-from simplexmesh.motion.creases.line import CreaseLine
+from simplexmesh.motion.creases.line import CreaseLine, stretches
 
 WIDTH = 2.0
 """Of the sides, in those of the surface on which the lines were found."""
@@ -47,7 +47,7 @@ class Evidence(NamedTuple):
 
 def evidence(lines: Sequence[CreaseLine], surface: TriangleMesh, points: Array, side: float) -> Evidence:
     """Return what points (n, 3) tell of lines on a surface with sides about as long as given."""
-    centers, along, of = _stretches(lines, side)
+    centers, along, of = stretches(lines, side)
     up = vertex_normals(surface.vertices, surface.faces)[cKDTree(surface.vertices).query(centers)[1]]
     up = normalized(up - dot(up, along)[:, None] * along)
     at, rows = _beside(lines, centers, of, points, side)
@@ -66,14 +66,6 @@ def evidence(lines: Sequence[CreaseLine], surface: TriangleMesh, points: Array, 
         least[better] = total[better]
         sharp[better[at]] = errors[better[at]]
     return _compared(smooth, sharp, of[at], len(lines))
-
-
-def _stretches(lines: Sequence[CreaseLine], side: float) -> tuple[Array, Array, Indices]:
-    """Return centers and directions (m, 3) of stretches of lines, each about a side long, and their lines (m,)."""
-    ends = [line.samples(side)[0] for line in lines]
-    centers = np.concatenate([0.5 * (one[:-1] + one[1:]) for one in ends])
-    along = normalized(np.concatenate([np.diff(one, axis=0) for one in ends]))
-    return centers, along, np.repeat(np.arange(len(lines)), [len(one) - 1 for one in ends])
 
 
 def _beside(

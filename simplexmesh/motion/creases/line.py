@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from simplexmesh._base.arrays import Array
-from simplexmesh._base.vectors import norm
+from simplexmesh._base.arrays import Array, Indices
+from simplexmesh._base.vectors import norm, normalized
 
 
 class CreaseLine(NamedTuple):
@@ -33,6 +34,14 @@ class CreaseLine(NamedTuple):
         far = np.append(0.0, np.cumsum(norm(np.diff(line, axis=0))))
         along = np.linspace(0.0, far[-1], max(2, int(np.ceil(far[-1] / step)) + 1))
         return at_distances(line, far, along), along
+
+
+def stretches(lines: Sequence[CreaseLine], length: float) -> tuple[Array, Array, Indices]:
+    """Return centers and directions (m, 3) of stretches of lines, each about that long, and their lines (m,)."""
+    ends = [line.samples(length)[0] for line in lines]
+    centers = np.concatenate([0.5 * (one[:-1] + one[1:]) for one in ends])
+    along = normalized(np.concatenate([np.diff(one, axis=0) for one in ends]))
+    return centers, along, np.repeat(np.arange(len(lines)), [len(one) - 1 for one in ends])
 
 
 def at_distances(points: Array, far: Array, along: Array) -> Array:

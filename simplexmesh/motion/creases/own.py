@@ -22,7 +22,7 @@ from simplexmesh.motion.creases.lines import resolution
 from simplexmesh.motion.creases.opening import OpenedTriangles
 from simplexmesh.motion.creases.paths import on_paths
 from simplexmesh.motion.creases.sharpening import MOST, PERTURBATION, Sharpened
-from simplexmesh.motion.creases.unfolding import unfolded
+from simplexmesh.motion.creases.unfolding import untangled_by_rings
 from simplexmesh.motion.model.state import mean_edge
 from simplexmesh.motion.model.untangle import Tangles, untangled
 from simplexmesh.motion.targets.triangles import Triangles, surface_distance
@@ -175,13 +175,4 @@ def _unfolded(mesh: SimplexMesh, rows: Indices, parts: Parts, part: Indices) -> 
         vertices[rows] = parts.nearest(vertices[rows], part)
         return mesh.moved(vertices)
 
-    mesh, free = laid(mesh), np.isin(np.arange(mesh.n_vertices), rows)
-    tangled = tangled_vertices(mesh)
-    for rings in (1, 2, 3):
-        if not tangled.any():
-            break
-        other = laid(unfolded(mesh, dilated(tangled, mesh.neighbors, rings) & free, even=False))
-        still = tangled_vertices(other)
-        if still.sum() < tangled.sum():
-            mesh, tangled = other, still
-    return mesh
+    return untangled_by_rings(laid(mesh), np.isin(np.arange(mesh.n_vertices), rows), laid, even=False)

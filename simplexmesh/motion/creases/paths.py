@@ -15,9 +15,8 @@ from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import norm
 from simplexmesh.mesh.paths import refusal_of_path
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.motion.creases.corners import Corner, corners
 from simplexmesh.motion.creases.line import CreaseLine, at_distances
-from simplexmesh.motion.creases.tracing import Tracing
+from simplexmesh.motion.creases.tracing import Corner, Tracing, corners
 from simplexmesh.motion.model.state import mean_edge
 
 STEP = 0.1

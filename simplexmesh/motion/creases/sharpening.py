@@ -24,7 +24,7 @@ from simplexmesh.motion.creases.line import CreaseLine
 from simplexmesh.motion.creases.lines import crease_lines, resolution
 from simplexmesh.motion.creases.paths import Path, on_paths, respaced, traced
 from simplexmesh.motion.creases.sides import SETTLED, Sided
-from simplexmesh.motion.creases.unfolding import unfolded
+from simplexmesh.motion.creases.unfolding import untangled_by_rings
 from simplexmesh.motion.model.deform import DeformableModel
 from simplexmesh.motion.model.state import mean_edge
 from simplexmesh.motion.model.untangle import Tangles, untangled, with_membrane
@@ -222,13 +222,7 @@ def _moved_onto(scene: Scene, paths: Sequence[Path], creased: Mask) -> tuple[Sim
         now = now.moved(sided.met(now, paths, scene.resolution))
         now = _settled(now, sided, creased, 20, edge)
     now = now.moved(now.vertices + PERTURBATION * edge * np.random.default_rng(0).normal(size=now.vertices.shape))
-    for rings in (1, 2, 3):
-        tangled = tangled_vertices(now)
-        if not tangled.any():
-            break
-        other = unfolded(now, dilated(tangled, mesh.neighbors, rings) & ~creased)
-        now = other if tangled_vertices(other).sum() < tangled.sum() else now
-    return now, sided
+    return untangled_by_rings(now, ~creased), sided
 
 
 def _released(scene: Scene, mesh: SimplexMesh, target: Sided, creased: Mask) -> tuple[SimplexMesh, Mask]:

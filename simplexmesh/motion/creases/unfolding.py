@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy.optimize import minimize
 from scipy.sparse import csr_array
 
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import cross, dot, normalized
+from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.face_geometry import face_normals
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.topology.face_regions import dilated
 
 LEAST = 0.3
 """Area of a triangle, in means of those of its kind, above which it is let be."""
@@ -20,6 +24,21 @@ PER_VERTEX = 3.0
 
 HELD = 0.03
 """Weight of squared moves, in roots of mean areas."""
+
+
+def untangled_by_rings(
+    mesh: SimplexMesh, free: Mask, laid: Callable[[SimplexMesh], SimplexMesh] = lambda mesh: mesh, *, even: bool = True
+) -> SimplexMesh:
+    """Return a mesh unfolded within one to three edges of its tangles, and then `laid`, where that leaves fewer."""
+    tangled = tangled_vertices(mesh)
+    for rings in (1, 2, 3):
+        if not tangled.any():
+            break
+        other = laid(unfolded(mesh, dilated(tangled, mesh.neighbors, rings) & free, even=even))
+        still = tangled_vertices(other)
+        if still.sum() < tangled.sum():
+            mesh, tangled = other, still
+    return mesh
 
 
 def unfolded(mesh: SimplexMesh, free: Mask, *, even: bool = True) -> SimplexMesh:

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices, Indices32, Mask
 from simplexmesh._base.vectors import norm
 from simplexmesh.mesh.connectivity import Connectivity
@@ -179,8 +178,7 @@ def divided_boundary(mesh: SimplexMesh, most: int) -> Edited:
     length = norm(ends[:, 0] - ends[:, 1])
     on_hole = c.face_is_hole[c.edge_faces].any(axis=1)
     if not on_hole.any() or most < 1:
-        same = np.arange(mesh.n_vertices, dtype=np.int32), np.arange(len(c.face_sizes), dtype=np.int32)
-        return Edited(mesh, *(checks.frozen(numbers) for numbers in same))
+        return EditableMesh(mesh).result()
     face, twin = c.face.reshape(-1), c.twin.reshape(-1)
     relative = length / length[~on_hole].mean()
     long = np.flatnonzero(on_hole & (relative > LONG))

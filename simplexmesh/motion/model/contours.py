@@ -7,16 +7,22 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices32
-from simplexmesh._base.vectors import dot
+from simplexmesh._base.vectors import dot, norm, normalized, sums
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.model import _kernels_contours
 from simplexmesh.motion.model._kernels_contours import Courses, Shapes
 from simplexmesh.motion.model._kernels_step import SHAPE, Forces, Frames, Moving, Step
-from simplexmesh.motion.model.boundary import BorderAttraction
 from simplexmesh.motion.model.conditions import Condition
+
+MIN_WIDTH = 3.0
+"""In mean edges of the mesh: narrower holes of the data are below its resolution and attract nothing."""
+
+MAX_SPACING = 1.5
+"""In distances between neighbors along a hole: points of the border farther away belong to other holes."""
 
 
 def rims_of(connectivity: Connectivity) -> Courses:
@@ -39,6 +45,40 @@ def courses(lines: Sequence[tuple[NDArray[np.integer[Any]], bool]]) -> Courses:
             part.append(values)
         start += len(rows)
     return Courses(*(np.concatenate(part).astype(np.int32) for part in parts))
+
+
+def wide_border(target: Any, edge: float) -> Array:
+    """Return the points (k, 3) on the border of a target that a mesh of this mean edge resolves."""
+    border = getattr(target, "border", None)
+    return np.zeros((0, 3)) if border is None else np.asarray(border.wider(MIN_WIDTH * edge))
+
+
+class BorderAttraction:
+    """Attraction of boundary vertices to points (k, 3), by a fraction `weight` of the distance in one iteration."""
+
+    def __init__(self, points: Array, weight: float) -> None:
+        if len(points) > 3000:  # more take time and move nothing
+            points = points[np.random.default_rng(0).choice(len(points), 3000, replace=False)]
+        self.points, self.weight = points, weight
+        self._tree = cKDTree(points)
+
+    def displacements(self, vertices: Array, rims: Courses, reach: float) -> Array:
+        """Return (m, 3) the way, across its hole, of each boundary vertex to the mean of its nearest points."""
+        positions = vertices[rims.vertices]
+        ahead, back = positions[rims.after], positions[rims.before]
+        distance, nearest = self._tree.query(positions)
+        step = self.points[nearest] - positions
+        near, owner = cKDTree(positions).query(self.points)  # means of what is nearest draw vertices into corners
+        side = 0.5 * (norm(ahead - positions) + norm(back - positions))
+        assigned = near < MAX_SPACING * side[owner]
+        count = np.bincount(owner[assigned], minlength=len(positions))
+        total = sums(self.points[assigned], owner[assigned], len(positions))
+        matched = count > 0
+        step[matched] = total[matched] / count[matched, None] - positions[matched]
+        along = normalized(ahead - back)
+        step -= dot(step, along)[:, None] * along  # keeps the spacing along the hole
+        step[distance > reach] = 0.0
+        return np.asarray(self.weight * step)
 
 
 class Contours:

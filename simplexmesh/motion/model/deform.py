@@ -29,9 +29,8 @@ from simplexmesh.motion.model._kernels_step import (
     Wanted,
 )
 from simplexmesh.motion.model.averages import FLAT, Averages, adapted_metric, curvedness
-from simplexmesh.motion.model.boundary import BorderAttraction, wide_border
 from simplexmesh.motion.model.conditions import CONTINUITIES, Condition, conditions_on
-from simplexmesh.motion.model.contours import Contours
+from simplexmesh.motion.model.contours import BorderAttraction, Contours, wide_border
 from simplexmesh.motion.model.forces import CONSTRAINTS, Force, Frame, total_displacement
 from simplexmesh.motion.model.parameters import (
     MOST_RIGID,

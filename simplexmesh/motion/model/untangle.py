@@ -17,7 +17,6 @@ from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.mesh.triangles.self_intersection import self_intersections
 from simplexmesh.motion.model.deform import DeformableModel
-from simplexmesh.motion.model.excerpt import excerpt
 from simplexmesh.motion.targets.protocol import Target
 from simplexmesh.motion.topology.face_regions import dilated
 
@@ -93,6 +92,29 @@ def _on_faces_of(connectivity: Connectivity, marked: Mask) -> Mask:
     faces = np.zeros(len(connectivity.face_sizes), bool)
     faces[connectivity.vertex_faces[marked]] = True
     return np.asarray((faces & ~connectivity.face_is_hole)[connectivity.vertex_faces].any(axis=1))
+
+
+def excerpt(mesh: SimplexMesh, zone: Mask) -> tuple[SimplexMesh, Indices]:
+    """Return a mesh of a zone (n,) and the far ends of edges out of it, which a ring closes, and its rows in `mesh`.
+
+    A motion of few vertices then does not take the time of all.
+    """
+    c = mesh.connectivity
+    inside = np.flatnonzero(zone)
+    near = c.neighbors[inside]
+    vertex, slot = np.nonzero(~zone[near])
+    k, count = len(inside), len(vertex)
+    if count < 3 or "crease" in mesh.data or c.face_is_hole[c.vertex_faces[inside]].any():
+        # with too few ends for a ring, or a target that tells the vertices of creases by their number
+        return mesh, np.arange(c.n_vertices)
+    number = np.zeros(c.n_vertices, np.int64)
+    number[inside] = np.arange(k)
+    neighbors, ring = number[near], k + np.arange(count)
+    neighbors[vertex, slot] = ring
+    closing = np.column_stack([vertex, np.roll(ring, 1), np.roll(ring, -1)])
+    rows = np.concatenate([inside, near[vertex, slot]])
+    connectivity = Connectivity.from_neighbors(np.concatenate([neighbors, closing]))
+    return SimplexMesh(mesh.vertices[rows], connectivity, {name: row[rows] for name, row in mesh.data.items()}), rows
 
 
 def untangled(

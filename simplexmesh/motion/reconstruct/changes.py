@@ -19,7 +19,7 @@ from simplexmesh.motion.density.face_edits import divide_faces, divided_boundary
 from simplexmesh.motion.density.redistribute import redistribute_round
 from simplexmesh.motion.density.refine import refine_round
 from simplexmesh.motion.density.refinement import THRESHOLDS
-from simplexmesh.motion.model.boundary import wide_border
+from simplexmesh.motion.model.contours import wide_border
 from simplexmesh.motion.model.state import Stage, mean_edge
 from simplexmesh.motion.reconstruct.options import FEWEST_VERTICES, stages_from
 from simplexmesh.motion.reconstruct.run import Run, settle

@@ -12,7 +12,7 @@ from simplexmesh._base.arrays import Array, Mask
 from simplexmesh._base.errors import DivergedError, TopologyError, warn
 from simplexmesh._base.progress import Progress
 from simplexmesh._base.units import common_unit
-from simplexmesh.mesh.operators.regularize import regularize
+from simplexmesh.mesh.operators.regularize import exceptional_faces, regularize
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.mesh.triangulation import fan
 from simplexmesh.motion.model.deform import DeformableModel
@@ -157,12 +157,11 @@ class Run:
 
     def result(self) -> Reconstruction:
         """Return the model as it is now."""
-        c = self.mesh.connectivity
-        irregular = np.flatnonzero(((c.face_sizes < 5) | (c.face_sizes > 7)) & ~c.face_is_hole)
+        exceptions = tuple(exceptional_faces(self.mesh.connectivity).tolist())
         mesh = with_data_of(self.mesh, self.data.source)
         return Reconstruction(
             mesh, self.distance, tuple(self.history), self.converged, self.start, self.found, self.tangled,
-            self.interrupted, replace(self.topology, exceptions=tuple(irregular.tolist())), self.bare,
+            self.interrupted, replace(self.topology, exceptions=exceptions), self.bare,
             self.restored, self.strayed, self.creases,
         )  # fmt: skip
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from simplexmesh._base.progress import Progress
+from simplexmesh._base.vectors import cross, dot
 from simplexmesh.data.triangles import TriangleMesh
+from simplexmesh.mesh._kernels import component_labels
 from simplexmesh.mesh.contours import Contour, numbered
+from simplexmesh.mesh.manifold import half_edge_mates
 from simplexmesh.motion.creases.own import model_along
 from simplexmesh.motion.creases.sharpening import Sharpened, sharpened, sharpened_volume
 from simplexmesh.motion.model.state import mean_edge
-from simplexmesh.motion.reconstruct.bodies import largest_body
 from simplexmesh.motion.reconstruct.inputs import Input, TrianglesInput
 from simplexmesh.motion.reconstruct.measure import share_of_area
 from simplexmesh.motion.reconstruct.options import Options, stages_from
@@ -19,10 +21,13 @@ from simplexmesh.motion.reconstruct.run import Run
 from simplexmesh.motion.start.solid_mesh import edge_length
 from simplexmesh.motion.targets.isosurface import Isosurface
 from simplexmesh.motion.targets.labels import LabelSurface
-from simplexmesh.motion.targets.triangles import Triangles
+from simplexmesh.motion.targets.triangles import Triangles, inside_surface, surface_distance
 
 MOST_POINTS = 40_000
 """Of an isosurface, drawn at random, for its sharp edges."""
+
+SAMPLES = 40_000
+"""Points of the other bodies, besides their vertices, that tell whether one of them crosses the largest."""
 
 
 def along_edges(data: Input, options: Options, report: Progress) -> Run | None:
@@ -43,6 +48,30 @@ def along_edges(data: Input, options: Options, report: Progress) -> Run | None:
     run.stages = stages_from(found.mesh, data, options, cell=mean_edge(found.mesh))
     _take(run, found, tangled)
     return run
+
+
+def largest_body(surface: TriangleMesh, apart: float) -> TriangleMesh | None:
+    """Return the body of most volume of a closed oriented surface.
+
+    None where another one crosses it, or is outside and nearer than a length.
+    """
+    vertices, faces = surface.vertices - surface.vertices.mean(axis=0), surface.faces
+    body = component_labels((half_edge_mates(faces) // 3).astype(np.int32))
+    a, b, c = vertices[faces].transpose(1, 0, 2)
+    largest = body == np.bincount(body, dot(a, cross(b, c))).argmax()
+    body_of_vertex = np.zeros(len(vertices))
+    body_of_vertex[faces] = body[:, None]
+    rest = TriangleMesh(vertices, faces[~largest], {"body": body_of_vertex})
+    samples, corners = rest.sampled(SAMPLES), np.unique(rest.faces)
+    points = np.concatenate([samples.points, vertices[corners]])
+    owners = np.concatenate([samples.data["body"], body_of_vertex[corners]]).round().astype(int)
+    within = inside_surface(points, vertices, faces[largest])
+    inside, count = np.bincount(owners, within), np.bincount(owners)
+    if ((inside > 0) & (inside < count)).any():
+        return None
+    if not within.all() and surface_distance(points[~within], vertices, faces[largest]).min() < apart:
+        return None
+    return TriangleMesh(surface.vertices, faces[largest], {}, surface.unit)
 
 
 def sharpen(run: Run) -> None:

@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
-from simplexmesh._base.arrays import Array, Indices, Indices32, Mask
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.errors import TopologyError
 from simplexmesh._base.units import common_unit
 from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.contours import Contour
 from simplexmesh.mesh.face_geometry import face_areas
-from simplexmesh.mesh.operators.cut_join import parts, together
+from simplexmesh.mesh.operators.cut_join import restricted
 from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from simplexmesh.mesh.operators.results import Edited
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
@@ -293,24 +293,7 @@ def _opened(mesh: SimplexMesh, proposals: Sequence[HoleProposal]) -> Opened:
     for line in Contour.of_faces(mesh, off):
         edit.cut(line.darts, holes=True)
     after = edit.result()
-    kept = [piece for piece in parts(after.mesh) if (piece.face_map[after.face_map[off]] < 0).all()]
-    return Opened(*_joined_pieces(kept, after.face_map), tuple(proposals))
-
-
-def _joined_pieces(kept: Sequence[Edited], face_map: Indices32) -> tuple[SimplexMesh, Any, Any]:
-    """Return the pieces as one mesh, with vertex and face maps."""
-    if len(kept) == 1:
-        return kept[0].mesh, kept[0].vertex_map, checks.frozen(kept[0].face_map[face_map])
-    whole = together(*(piece.mesh for piece in kept))
-    vertex_map = np.full(len(kept[0].vertex_map), -1, np.int32)
-    new_face = np.full(len(kept[0].face_map), -1, np.int32)
-    start = 0
-    for piece in kept:
-        inside = piece.vertex_map >= 0
-        vertex_map[inside] = piece.vertex_map[inside] + start
-        own = piece.mesh.connectivity
-        on = np.flatnonzero(piece.face_map >= 0)
-        first = own.face_darts[own.face_offsets[:-1]][piece.face_map[on]]
-        new_face[on] = whole.connectivity.face.reshape(-1)[first + 3 * start]
-        start += piece.mesh.n_vertices
-    return whole, checks.frozen(vertex_map), checks.frozen(new_face[face_map])
+    parts = after.mesh.connectivity
+    lost = parts.components[parts.face_vertices[parts.face_offsets[after.face_map[off]]]]
+    kept = restricted(after.mesh, ~np.isin(parts.components, lost))
+    return Opened(kept.mesh, kept.vertex_map, checks.frozen(kept.face_map[after.face_map]), tuple(proposals))

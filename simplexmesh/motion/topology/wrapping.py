@@ -18,8 +18,9 @@ from simplexmesh._base.arrays import Array, Indices, Indices32
 from simplexmesh._base.vectors import dot, norm, normalized
 from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.face_geometry import face_centroids
-from simplexmesh.mesh.operators.face_sizing import resized_faces
+from simplexmesh.mesh.operators.editable_mesh import EditableMesh
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
+from simplexmesh.motion.density.face_edits import divide_faces
 from simplexmesh.motion.model.deform import DeformableModel
 from simplexmesh.motion.model.forces import CONSTRAINTS, Frame
 from simplexmesh.motion.topology.face_regions import dilated, face_components
@@ -39,6 +40,9 @@ GRADE = 0.15
 
 ROUND, TURN, MOST_TURNS = 8, 16, 40
 """Iterations between rounds of evening face sizes, and between tests for rest; tests until wrapping is given up."""
+
+LARGE, SMALL, MERGED = 1.7, 0.45, 1.3
+"""In target areas: faces above `LARGE` are divided; those below `SMALL` are merged if the result is below `MERGED`."""
 
 DISTANCE, DIFFERENCE, ANGLE = 1.5, 0.6, float(np.radians(60.0))
 """Of `add_handles`, for openings that are not at their final places yet."""
@@ -157,7 +161,7 @@ class Wrapping:
     def _evened(self) -> SimplexMesh:
         c = self.mesh.connectivity
         away = self._tree.query(face_centroids(self.mesh.vertices, c.face_vertices, c.face_offsets))[0]
-        return resized_faces(self.mesh, self._face_area * np.maximum(1.0, GRADE * away / self.edge) ** 2).mesh
+        return resized_faces(self.mesh, self._face_area * np.maximum(1.0, GRADE * away / self.edge) ** 2)
 
     def _update(self, vertices: Array, normals: Array, neighbors: Indices32) -> None:
         """Find the nearest place of each vertex on the surface, the vertices that are on it, and those that meet."""
@@ -191,6 +195,29 @@ class Wrapping:
         out[self.free & ~held] += press[self.free & ~held]
         out[meeting] += self._apart[meeting, None] * smooth[meeting]
         return out
+
+
+def resized_faces(mesh: SimplexMesh, target_areas: Array) -> SimplexMesh:
+    """Return a mesh with faces too large for their target areas (f,) divided once (T2), too small ones merged (T1)."""
+    c = mesh.connectivity
+    size, solid = mesh.face_areas / target_areas, ~c.face_is_hole
+    edit = EditableMesh(mesh)
+    large = np.flatnonzero((size > LARGE) & (c.face_sizes >= 5) & solid)
+    divide_faces(edit, mesh, large, 2 * len(large), np.ones(len(size), bool))
+    small = np.flatnonzero((size < SMALL) & solid).tolist()
+    edit.remove_edges([dart for face in small if (dart := _dart_to_smallest(mesh, face, size)) >= 0])
+    edit.even_out()
+    return edit.result().mesh
+
+
+def _dart_to_smallest(mesh: SimplexMesh, face: int, size: Array) -> int:
+    """Return the dart of a face towards its smallest neighbor, -1 when merging them would make it too large."""
+    c = mesh.connectivity
+    darts = c.face_darts[c.face_offsets[face] : c.face_offsets[face + 1]]
+    other = c.face.reshape(-1)[c.twin.reshape(-1)[darts]]
+    both = np.where(c.face_is_hole[other], np.inf, size[other] + size[face])
+    best = int(both.argmin())
+    return int(darts[best]) if both[best] < MERGED else -1
 
 
 class _Decisions:

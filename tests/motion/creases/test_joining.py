@@ -5,10 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from simplexmesh.motion.creases import joining
-from simplexmesh.motion.creases.joining import _meeting as meeting
-from simplexmesh.motion.creases.joining import joined, without_loops
+from simplexmesh.motion.creases import lines as joining
 from simplexmesh.motion.creases.line import CreaseLine
+from simplexmesh.motion.creases.lines import _meeting as meeting
+from simplexmesh.motion.creases.lines import joined, without_loops
 
 
 def line(start, end, count=30):

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 import simplexmesh as sm
-from simplexmesh.motion.creases.corners import MOST_TREES, _trees, corners
 from simplexmesh.motion.creases.line import CreaseLine
 from simplexmesh.motion.creases.paths import on_paths, traced
 from simplexmesh.motion.creases.sides import crossed_edges, parts
-from simplexmesh.motion.creases.tracing import Tracing
+from simplexmesh.motion.creases.tracing import MOST_TREES, Tracing, _trees, corners
 from tests.nightly.marks import nightly
 
 CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
 import simplexmesh as sm
-from simplexmesh.motion.model.excerpt import excerpt
+from simplexmesh.motion.model.untangle import excerpt
 from simplexmesh.motion.topology.face_regions import dilated
 
 BALL = sm.sphere(12)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import simplexmesh as sm
-from simplexmesh.motion.reconstruct.bodies import largest_body
 from simplexmesh.motion.reconstruct.conversion import as_input
+from simplexmesh.motion.reconstruct.sharpen import largest_body
 from simplexmesh.motion.targets.inward import without_inside_out
 
 CORNERS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))

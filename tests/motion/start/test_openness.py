@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import simplexmesh as sm
-from simplexmesh.motion.start.openness import share_bare, share_doubled
+from simplexmesh.motion.start.from_points import share_bare, share_doubled
 from simplexmesh.motion.start.report import FAR
 
 HALF = 0.05

@@ -14,8 +14,7 @@ from scipy.spatial import cKDTree
 import simplexmesh as sm
 from simplexmesh.cli import app
 from simplexmesh.motion.density.face_edits import divided_boundary
-from simplexmesh.motion.model.boundary import BorderAttraction
-from simplexmesh.motion.model.contours import rims_of
+from simplexmesh.motion.model.contours import BorderAttraction, rims_of
 from simplexmesh.motion.model.state import mean_edge
 from simplexmesh.motion.reconstruct.conversion import as_input
 from simplexmesh.motion.targets.borders import border_of_points, boundary_criteria
