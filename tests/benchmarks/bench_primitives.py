@@ -31,6 +31,7 @@ CASES = {
     "2 mm, 10 %": (plant_scene, 0.002, 0.1),
     "5 mm, 10 %": (plant_scene, 0.005, 0.1),
     "5 mm, 30 %": (plant_scene, 0.005, 0.3),
+    "1 to 6 mm, 10 %": (plant_scene, (0.001, 0.006), 0.1),  # of each shape
     "scanned, 2 mm, 10 %": (scanned_plant, 0.002, 0.1),
     "scanned, 5 mm, 30 %": (scanned_plant, 0.005, 0.3),
 }

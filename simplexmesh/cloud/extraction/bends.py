@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import cross, dot, norm, normalized
-from simplexmesh.cloud.extraction.growth import ASLANT, DECISIVE, FITTED, WIDE
+from simplexmesh.cloud.extraction.growth import ASLANT, DECISIVE, FITTED, WIDE, Grown
 from simplexmesh.cloud.extraction.patches import Limits, refined
 from simplexmesh.cloud.extraction.working import Working
 from simplexmesh.cloud.fitting.refine import WITHIN
@@ -28,49 +28,44 @@ WIDEST = 12.0
 
 @dataclass(frozen=True, eq=False)
 class Bend:
-    """A torus between two cylinders, by their numbers; the corner (3,) where their axes meet, and evidence for it."""
+    """A torus between two cylinders, by their numbers; the corner (3,) where their axes meet, noise and evidence."""
 
     first: int
     second: int
     corner: Array
     radius: float
+    noise: float
     evidence: float
     members: Indices
 
 
-def proposed(work: Working, primitives: list[Primitive], members: list[Indices], limits: Limits) -> list[Bend]:
+def proposed(work: Working, found: list[Grown], limits: Limits) -> list[Bend]:
     """Return the bends between cylinders, at most one at each end of each, the one of the most evidence first."""
     tree = cKDTree(work.points)
-    pipes = [k for k, each in enumerate(primitives) if isinstance(each, Cylinder)]
-    tried = [between(work, tree, primitives, members, pair, limits) for pair in combinations(pipes, 2)]
-    found = [each for each in tried if each is not None]
+    pipes = [k for k, each in enumerate(found) if isinstance(each.primitive, Cylinder)]
+    tried = [between(work, tree, found, pair, limits) for pair in combinations(pipes, 2)]
+    bends = [each for each in tried if each is not None]
     taken: set[tuple[int, int]] = set()
     out = []
-    for bend in sorted(found, key=lambda each: -each.evidence):
-        ends = {(k, end_of(work, primitives[k], members[k], bend.corner)) for k in (bend.first, bend.second)}
+    for bend in sorted(bends, key=lambda each: -each.evidence):
+        ends = {(k, end_of(work, found[k], bend.corner)) for k in (bend.first, bend.second)}
         if not ends & taken:
             taken |= ends
             out.append(bend)
     return out
 
 
-def end_of(work: Working, pipe: Primitive, members: Indices, corner: Array) -> int:
+def end_of(work: Working, pipe: Grown, corner: Array) -> int:
     """Return at which end of a pipe's points, 0 or 1, a corner is."""
-    heights = (work.points[members] - corner) @ pipe._pose[1]
+    heights = (work.points[pipe.members] - corner) @ pipe.primitive._pose[1]
     return int(np.median(heights) < 0)
 
 
-def between(
-    work: Working,
-    tree: cKDTree,
-    primitives: list[Primitive],
-    members: list[Indices],
-    pair: tuple[int, int],
-    limits: Limits,
-) -> Bend | None:
+def between(work: Working, tree: cKDTree, found: list[Grown], pair: tuple[int, int], limits: Limits) -> Bend | None:
     """Return the bend between two cylinders, if there is one."""
-    one, other = pair
-    corner = met(work, primitives[one], primitives[other], members[one], members[other])
+    one, other = (found[k] for k in pair)
+    noise = min(one.noise, other.noise)
+    corner = met(work, one, other)
     if corner is None:
         return None
     at, ways, reach, radius = corner
@@ -87,25 +82,23 @@ def between(
     every, near = near, near[:: -(-len(near) // (4 * FITTED))]
     corners = np.stack([at + length * ways[0], at, at + length * ways[1]])
     radii = np.geomspace(1.02 * radius, most, TRIED)
-    values = [gains(work, chain_of(corners, [each], radius), near).sum() for each in radii]
+    values = [gains(work, chain_of(corners, [each], radius), near, noise).sum() for each in radii]
     chain: Chain = chain_of(corners, [radii[int(np.argmax(values))]], radius)
     for band in (WIDE, WITHIN):
         distance, gradient = chain.measured(work.points[near])
         facing = np.abs(dot(gradient, work.normals[near])) > ASLANT
-        about = near[facing & (np.abs(distance) < band * work.noise)]
+        about = near[facing & (np.abs(distance) < band * noise)]
         if len(about) < limits.fewest:
             return None
         about = about[:: -(-len(about) // (4 * FITTED))]
-        chain = refined(chain, work.points[about], WITHIN * work.noise)
-    return judged(work, chain, every, pair, [primitives[k] for k in pair], limits)
+        chain = refined(chain, work.points[about], WITHIN * noise)
+    return judged(work, chain, every, pair, [one.primitive, other.primitive], noise, limits)
 
 
-def met(
-    work: Working, one: Primitive, other: Primitive, mine: Indices, yours: Indices
-) -> tuple[Array, Array, float, float] | None:
+def met(work: Working, one: Grown, other: Grown) -> tuple[Array, Array, float, float] | None:
     """Return where axes nearly meet, the ways (2, 3) from there along the pipes, the free length, and the radius."""
-    (a, u), (b, v) = one._pose, other._pose
-    first, second = one._shape[0], other._shape[0]
+    (a, u), (b, v) = one.primitive._pose, other.primitive._pose
+    first, second = one.primitive._shape[0], other.primitive._shape[0]
     radius = (first + second) / 2
     if abs(first - second) > ALIKE * radius:
         return None
@@ -116,7 +109,7 @@ def met(
         return None
     at = a + ahead * u + apart / 2 * across
     ways, ends = [], []
-    for axis, which in ((u, mine), (v, yours)):
+    for axis, which in ((u, one.members), (v, other.members)):
         heights = (work.points[which] - at) @ axis
         way = axis * np.sign(np.median(heights))
         low, high = np.quantile(np.abs(heights), 0.9), np.quantile(heights * np.sign(np.median(heights)), 0.03)
@@ -127,28 +120,34 @@ def met(
     return at, np.array(ways), float(min(ends)), radius
 
 
-def gains(work: Working, chain: Chain | Primitive, near: Indices) -> Array:
+def gains(work: Working, chain: Chain | Primitive, near: Indices, noise: float) -> Array:
     """Return by how much points are likelier on a chain than outliers; 0 if far or with other normals."""
     distance, gradient = chain.measured(work.points[near])
     facing = np.abs(dot(gradient, work.normals[near])) > ASLANT
-    return np.asarray(np.maximum(WITHIN**2 - (distance / work.noise) ** 2, 0) / 2 * facing)
+    return np.asarray(np.maximum(WITHIN**2 - (distance / noise) ** 2, 0) / 2 * facing)
 
 
 def judged(
-    work: Working, chain: Chain, near: Indices, pair: tuple[int, int], pipes: list[Primitive], limits: Limits
+    work: Working,
+    chain: Chain,
+    near: Indices,
+    pair: tuple[int, int],
+    pipes: list[Primitive],
+    noise: float,
+    limits: Limits,
 ) -> Bend | None:
     """Return the bend of a chain if it says more of them than the pipes that go on straight."""
-    gain = gains(work, chain, near)
+    gain = gains(work, chain, near, noise)
     feet = chain.feet(work.points[near])
     inside = (feet.piece == 1) & (gain > 0)
     members = near[inside]
     if len(members) < limits.fewest / 2:
         return None
-    straight = np.maximum(*(gains(work, pipe, members) for pipe in pipes))
+    straight = np.maximum(*(gains(work, pipe, members, noise) for pipe in pipes))
     new = float((gain[inside] - straight).sum())
     if new < 2 * DECISIVE:
         return None
-    return Bend(*pair, chain.corners[1], float(chain.bend_radii[0]), new, members)
+    return Bend(*pair, chain.corners[1], float(chain.bend_radii[0]), noise, new, members)
 
 
 @dataclass(frozen=True, eq=False)

@@ -45,12 +45,12 @@ def extract_primitives(
 ) -> Extraction:
     """Find the planes, spheres, cylinders, cones and tori that a cloud is made of, and which points are of each.
 
-    The noise and the distances between points are measured. About random points, primitives are fitted to ever larger
-    patches as long as the distances are noise; the one that explains the most connected points is taken, with the kind
-    that does so best, and so on with the points that are left. Then all are seen together: cylinders of like radius
-    whose axes meet are joined by a bend, the torus tangent to both, points take the primitive that explains them best
-    as those about them do, what others explain as well is given up, and all are fitted again, pipes with their bends
-    as one.
+    The noise and the distances between points are measured, the noise of rougher parts where they are. About random
+    points, primitives are fitted to ever larger patches as long as the distances are noise; the one that explains the
+    most connected points is taken, with the kind that does so best, and so on with the points that are left. Then all
+    are seen together: cylinders of like radius whose axes meet are joined by a bend, the torus tangent to both, points
+    take the primitive that explains them best as those about them do, what others explain as well is given up, and all
+    are fitted again, pipes with their bends as one.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ def extract_primitives(
         state = together(work, found, limits)
         report(0.9, "labelling all points")
         state.labels = labeled(work, state, unit)
-        refit(unit, state, work.noise)
+        refit(unit, state)
         report(1.0, "labelling all points")
     return _finished(given, work, state, names, inverse, middle, size, generator)
 

@@ -9,7 +9,7 @@ import numpy as np
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import norm
 from simplexmesh.cloud.extraction import _kernels_growth
-from simplexmesh.cloud.extraction.patches import AFTER, LEAST, Limits, fit, refined
+from simplexmesh.cloud.extraction.patches import AFTER, COARSEST, LEAST, Limits, fit, refined
 from simplexmesh.cloud.extraction.working import Working
 from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.cloud.fitting.starts import tapered
@@ -39,9 +39,6 @@ UNEVEN = 1.25
 
 SETTLED = 1.05
 """... above which a noise that grows grows on: of a normal law points within three deviations show 0.985."""
-
-COARSEST = 10.0
-"""Noise of a primitive, in that of the cloud: that of depth cameras is so much larger over a table than nearby."""
 
 
 @dataclass(frozen=True, eq=False)

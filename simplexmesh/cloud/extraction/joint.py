@@ -60,9 +60,9 @@ def together(work: Working, found: list[Grown], limits: Limits) -> Parts:
     primitives, members = [each.primitive for each in found], [each.members for each in found]
     bends = []
     if "torus" in limits.kinds and "cylinder" in limits.kinds:
-        bends = proposed(work, primitives, members, limits)
+        bends = proposed(work, found, limits)
     joined = runs(work.points, primitives, members, bends)
-    noises = [*(each.noise for each in found), *([work.noise] * len(bends))]
+    noises = [*(each.noise for each in found), *(bend.noise for bend in bends)]
     state = Parts([*primitives, *([None] * len(bends))], bends, labels, noises)  # type: ignore[list-item]
     for k, bend in enumerate(bends):
         labels[bend.members] = len(primitives) + k
@@ -72,7 +72,7 @@ def together(work: Working, found: list[Grown], limits: Limits) -> Parts:
         settled(work, state)
         state = without_superfluous(work, state, limits)
         settled(work, state)
-        refit(work.points, state, work.noise)
+        refit(work.points, state)
     settled(work, state)
     return without_superfluous(work, state, limits)
 
@@ -201,14 +201,14 @@ def chosen(state: Parts, kept: Mask) -> Parts:
     return Parts([state.primitives[k] for k in order], bends, place[state.labels], [state.noises[k] for k in order])
 
 
-def refit(points: Array, state: Parts, noise: float) -> None:
+def refit(points: Array, state: Parts) -> None:
     """Fit all primitives to their points: pipes and bends as one, the others by themselves."""
     members = state.members()
     bound: set[int] = set()
     for run in runs(points, state.primitives, members, state.bends):
         numbers = [*run.pipes, *(state.first_bend + k for k in run.bends)]
         own = points[np.concatenate([members[k] for k in numbers])]
-        chain = solve(run.chain, own, loss_scale=WITHIN * noise)
+        chain = solve(run.chain, own, loss_scale=WITHIN * max(state.noises[k] for k in numbers))
         put(state, replace(run, chain=chain))
         for k, corner, radius in zip(run.bends, chain.corners[1:-1], chain.bend_radii, strict=True):
             state.bends[k] = replace(state.bends[k], corner=corner, radius=float(radius))

@@ -9,7 +9,7 @@ import numpy as np
 
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import norm
-from simplexmesh.cloud.extraction.working import Working
+from simplexmesh.cloud.extraction.working import FEW, Working, from_quadrics
 from simplexmesh.cloud.fitting.candidates import STEPS
 from simplexmesh.cloud.fitting.solver import Model, solve
 from simplexmesh.cloud.fitting.starts import start
@@ -26,6 +26,13 @@ LOOKED_AT = 160
 
 SLACK = 1.3
 """Deviations of the noise that a patch may have: of 24 points 1 in 50 has more by chance."""
+
+COARSE, COARSEST = 1.5, 10.0
+"""Noise of a place or primitive, in that of the cloud, from which and up to which it is its own: that of depth cameras
+is so much larger over a table than nearby."""
+
+SMOOTH = 0.25
+"""Share of the neighborhoods in a patch that tell its noise: in others there may be an edge or a stray."""
 
 AFTER = {
     "": (("plane",), ("sphere", "cylinder"), ("cone", "torus")),
@@ -70,10 +77,11 @@ SLIMMEST, STEEPEST = np.radians([1, 85])
 def patch(work: Working, near: Indices, limits: Limits) -> Primitive | None:
     """Return the primitive of the largest patch of nearest neighbors `near` (t,) whose distances are noise, or None."""
     found, size = None, LEAST // (2 if work.fine else 1)
+    noise = noise_about(work, near[:LEAST])
     for _ in range(DOUBLINGS + 1):
         members = near[:size]
         some = members[:: -(-len(members) // LOOKED_AT)]
-        fitted = suited(work.points[some], work.normals[some], work.noise, limits, found)
+        fitted = suited(work.points[some], work.normals[some], noise, limits, found)
         if fitted is None:
             break
         found = fitted
@@ -81,6 +89,12 @@ def patch(work: Working, near: Indices, limits: Limits) -> Primitive | None:
             break
         size *= 2
     return found
+
+
+def noise_about(work: Working, members: Indices) -> float:
+    """Return the noise of the cloud, or that of a place where it is clearly more, as that of dark or far parts is."""
+    shown = float(np.quantile(from_quadrics(work.points[work.near[members, :FEW]]), SMOOTH))
+    return min(shown, COARSEST * work.noise) if shown > COARSE * work.noise else work.noise
 
 
 def suited(points: Array, normals: Array, noise: float, limits: Limits, before: Primitive | None) -> Primitive | None:

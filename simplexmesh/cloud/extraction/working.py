@@ -89,15 +89,15 @@ def measured_noise(points: Array, tree: cKDTree, rng: np.random.Generator) -> fl
     If it is next to nothing in many of the smallest places, points are exact, and what is seen in others is no noise.
     """
     some = points if len(points) <= SAMPLED else points[rng.choice(len(points), SAMPLED, replace=False)]
-    many = from_quadrics(points, tree, some, 2 * NEIGHBORS)
-    least = float(np.quantile(from_quadrics(points, tree, some, FEW), EXACT_PLACES))
+    fewest, most = (tree.query(some, k=min(count, len(points)), workers=-1)[1] for count in (FEW, 2 * NEIGHBORS))
+    many = from_quadrics(points[most])
+    least = float(np.quantile(from_quadrics(points[fewest]), EXACT_PLACES))
     usual = frequent(many)
     return least if least < EXACT * usual else usual
 
 
-def from_quadrics(points: Array, tree: cKDTree, places: Array, count: int) -> Array:
-    """Return the deviation (m,) of the neighbors of places from a quadric through them."""
-    near = points[tree.query(places, k=min(count, len(points)), workers=-1)[1]]
+def from_quadrics(near: Array) -> Array:
+    """Return the deviation (m,) of points near places (m, k, 3) from a quadric through them."""
     apart = near - near.mean(axis=1, keepdims=True)
     frames = np.linalg.eigh(apart.transpose(0, 2, 1) @ apart)[1]
     z, x, y = np.moveaxis(apart @ frames, 2, 0)

@@ -13,7 +13,10 @@ NOISE = 0.002
 
 
 def scene(seed, noise=NOISE, outliers=0.05, count=9000):
-    """Points, labels and shapes: floor, pipe, pipe, bend, ball, cone; sizes, turn and pose differ with the seed."""
+    """Points, labels and shapes: floor, pipe, pipe, bend, ball, cone; sizes, turn and pose differ with the seed.
+
+    Noise may be one for all, or one for each shape.
+    """
     rng = np.random.default_rng(seed)
     radius, turn = rng.uniform(0.06, 0.1), np.radians(rng.uniform(40, 110))
     start = np.array([0.0, 0.0, 0.6])
@@ -30,7 +33,7 @@ def scene(seed, noise=NOISE, outliers=0.05, count=9000):
         cone((0.9, -0.25, 0.5), perpendicular(np.array([0.0, 1, 0]), rng), np.radians(rng.uniform(15, 30)), (0.1, 0.4)),
     ]
     points, normals, labels = sampled(shapes, count, rng, np.array([0.4, 1, 1, 1.5, 1, 1]))
-    points = points + rng.normal(0, noise, (count, 1)) * normals
+    points = points + (rng.normal(0, 1, count) * np.broadcast_to(noise, len(shapes))[labels])[:, None] * normals
     strays = rng.uniform(points.min(axis=0), points.max(axis=0), (round(outliers * count), 3))
     order = rng.permutation(count + len(strays))
     turned, shift = Rotation.random(random_state=rng).as_matrix(), rng.uniform(-3, 3, 3)

@@ -14,6 +14,9 @@ from tests.cloud.scenes.shapes import Shape, ball, bend, cone, perpendicular, pi
 CLEARANCE = 0.02
 """Between shapes that do not join, in metres."""
 
+LINE = [2, 3, 4, 6, 7]
+"""Numbers of the pipes and bends of the line."""
+
 TRIES = 300
 """Arrangements of one part before the room is given up for another."""
 
@@ -36,16 +39,25 @@ class Scene:
 
 
 def plant_scene(seed, noise=0.002, outliers=0.1, count=72_000):
-    """A plant sampled evenly, with normal noise in metres and a share of outliers even in the bounding box."""
+    """A plant sampled evenly, with normal noise in metres and a share of outliers even in the bounding box.
+
+    Noise may be a least and a greatest one: then each shape has its own, the line of pipes one, and the scene's is that
+    of the median shape.
+    """
     rng = np.random.default_rng(seed)
     shapes, _ = arrangement(rng)
     rogue = round(outliers * count)
     points, normals, labels = sampled(shapes, count - rogue, rng)
-    points = points + rng.normal(0, noise, (len(points), 1)) * normals
+    own = np.full(len(shapes), noise) if np.isscalar(noise) else np.exp(rng.uniform(*np.log(noise), len(shapes)))
+    own[LINE] = own[LINE[0]]
+    points = points + (rng.normal(size=len(points)) * own[labels])[:, None] * normals
     strays = rng.uniform(points.min(axis=0), points.max(axis=0), (rogue, 3))
     order = rng.permutation(count)
     return Scene(
-        np.concatenate([points, strays])[order], np.append(labels, np.full(rogue, -1))[order], tuple(shapes), noise
+        np.concatenate([points, strays])[order],
+        np.append(labels, np.full(rogue, -1))[order],
+        tuple(shapes),
+        float(np.median(own)),
     )
 
 
