@@ -15,6 +15,7 @@ from simplexmesh._base.units import known_unit
 from simplexmesh.recognition.library.global_descriptor import DESCRIPTOR_SIZE, global_descriptor
 from simplexmesh.recognition.library.spin_images import PIXELS, SpinImages, model_octaves, spin_images_of
 from simplexmesh.recognition.register.oriented_points import OrientedPoints
+from simplexmesh.recognition.register.pose_candidates import principal_axes
 
 MODEL_IMAGES = 200
 """Number of points with spin images: fewer find smaller parts less often, more take memory and time."""
@@ -46,10 +47,10 @@ class Model:
         return OrientedPoints(points, normals, self.spacing / unit, self.noise / unit, points)
 
     @cached_property
-    def frame(self) -> tuple[Array, float]:
-        """The center (3,) of the points, and the diagonal of their box."""
+    def frame(self) -> tuple[Array, Array, float]:
+        """The center (3,) of the points, their principal axes (3, 3) as rows, and the diagonal of their box."""
         surface = self.surface()
-        return surface.points.mean(axis=0), surface.extent
+        return *principal_axes(surface.points), surface.extent
 
     def packed(self) -> bytes:
         """Return the model as bytes, the last of which name its unit."""

@@ -18,6 +18,7 @@ from simplexmesh.recognition.library.models import Model
 from simplexmesh.recognition.library.spin_images import scan_octave, spin_images_of
 from simplexmesh.recognition.register._kernels_pose_scoring import TargetGrid
 from simplexmesh.recognition.register.oriented_points import OrientedPoints, drawn_rows
+from simplexmesh.recognition.register.pose_candidates import axis_candidates, principal_axes
 from simplexmesh.recognition.register.pose_scoring import Source, source_of, target_grid
 
 OUTLIER_RATIO = 5.0
@@ -78,10 +79,10 @@ class Scene:
     def source(self, model: Model) -> Source:
         """Return a model in the scene's unit, with its center at the origin."""
         surface = model.surface(model.frame[0], self.unit)
-        return source_of(surface, self.surface, _sampled_rows(len(surface)), min(model.frame[1] / self.unit, 1.0))
+        return source_of(surface, self.surface, _sampled_rows(len(surface)), min(model.frame[2] / self.unit, 1.0))
 
     def motions(self, models: list[Model], sources: list[Source], images: ImageIndex, which: Indices) -> list[Array]:
-        """Return motions (h, 12) of each model, center to center first, then from consistent correspondences."""
+        """Return motions (h, 12) of each model, from principal axes and consistent correspondences."""
         chosen = [model.spin_images.chosen for model in models]
         rows = [(each.surface, at) for each, at in zip(sources, chosen, strict=True)]
         oriented = np.concatenate([np.hstack([surface.points[at], surface.normals[at]]) for surface, at in rows])
@@ -97,8 +98,9 @@ class Scene:
         _kernels_correspondences.pair_motions(
             scan, distinctiveness, oriented, starts, likeness, np.array(tolerances), out, counts
         )
-        centered = np.eye(3, 4).reshape(1, 12)  # all that is known of models without images
-        return [np.concatenate([centered, each[:count]]) for each, count in zip(out, counts, strict=True)]
+        own = principal_axes(self.surface.points)
+        axes = [axis_candidates((np.zeros(3), model.frame[1]), own) for model in models]
+        return [np.concatenate([first, each[:count]]) for first, each, count in zip(axes, out, counts, strict=True)]
 
 
 @cache

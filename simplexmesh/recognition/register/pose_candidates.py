@@ -1,10 +1,12 @@
-"""Candidate motions between two surfaces, by votes of point pairs.
+"""Candidate motions between two surfaces: by votes of point pairs, and by principal axes.
 
 A match of two pairs determines the target point of a source point, and the rotation about its normal (B. Drost,
 M. Ulrich, N. Navab, S. Ilic, Model globally, match locally, CVPR 2010).
 """
 
 from __future__ import annotations
+
+import itertools
 
 import numpy as np
 
@@ -41,3 +43,18 @@ def _framed(surface: OrientedPoints, rows: Indices) -> Framed:
     other = np.where(np.abs(normals[:, :1]) < 0.6, [[1.0, 0, 0]], [[0, 1.0, 0]])
     y = normalized(cross(normals, other))
     return Framed(surface.points[rows], np.stack([normals, y, cross(normals, y)], axis=1))
+
+
+def principal_axes(points: Array) -> tuple[Array, Array]:
+    """Return the center (3,) of points, and their principal axes as rows (3, 3), right-handed."""
+    center = points.mean(axis=0)
+    axes = np.linalg.eigh((points - center).T @ (points - center))[1].T[::-1]
+    return center, axes * np.sign(np.linalg.det(axes))
+
+
+def axis_candidates(source: tuple[Array, Array], target: tuple[Array, Array]) -> Array:
+    """Return the four motions (4, 12) that align centers and principal axes, from `principal_axes`."""
+    (source_center, A), (target_center, B) = source, target
+    flips = np.array([f for f in itertools.product((1.0, -1.0), repeat=3) if np.prod(f) > 0])
+    R = (B.T * flips[:, None]) @ A
+    return motion_rows(R, target_center - R @ source_center)

@@ -549,12 +549,14 @@ def test_a_model_packed_and_unpacked(known):
     np.testing.assert_allclose(model.surface().points, surface.smooth, atol=3e-5)
     np.testing.assert_allclose(model.surface().normals, surface.normals, atol=1e-4)
     at = model.surface(model.frame[0], 2.0)
-    middle, extent = model.frame
+    middle, axes, extent = model.frame
     np.testing.assert_allclose(at.points * 2 + middle, model.surface().points, atol=1e-12)
     np.testing.assert_allclose(at.normals, model.surface().normals, atol=1e-12)
     assert (at.spacing, at.noise) == (model.spacing / 2, model.noise / 2)
     assert extent == pytest.approx(model.surface().extent)
-    np.testing.assert_allclose(at.points.mean(axis=0), 0, atol=1e-12)
+    assert np.linalg.det(axes) == pytest.approx(1)
+    spread = axes @ at.points.T @ at.points @ axes.T
+    np.testing.assert_allclose(spread, np.diag(np.sort(np.diag(spread))[::-1]), atol=1e-9)
     again = Model.unpacked(model.packed())
     for name in ("quantized_points", "quantized_normals", "low", "side", "spacing", "noise", "descriptor"):
         np.testing.assert_array_equal(getattr(again, name), getattr(model, name))
