@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from itertools import product
 from typing import Any
 
 import numpy as np
 
 from simplexmesh._base.arrays import Array
-from simplexmesh._base.vectors import norm, normalized
+from simplexmesh._base.vectors import normalized
 from simplexmesh.data.box import box_around, box_slices
 from simplexmesh.data.conversion import as_volume
 from simplexmesh.data.volume import Volume
-from simplexmesh.motion.targets import _kernels_volume
+from simplexmesh.motion.targets import _kernels_labels, _kernels_volume
 from simplexmesh.motion.targets.isosurface import PACE, Isosurface
 from simplexmesh.motion.targets.points import SurfelTarget
 from simplexmesh.motion.targets.protocol import checked_arguments
@@ -70,19 +69,11 @@ class LabelSurface(SurfelTarget):
 def _crossings(volume: Volume) -> tuple[Array, Array, Array]:
     """Return the midpoints of crossings, one standard deviation of their error, and outward normals, all (n, 3)."""
     mask = np.ascontiguousarray(volume.values)
-    changes = np.stack([np.diff(mask, axis=axis, prepend=False) for axis in range(3)], axis=3)
-    at, axes = np.divmod(np.flatnonzero(changes), 3)
-    strides, samples = np.array(mask.strides), mask.ravel()  # of one byte each
-    gradients = np.empty((len(at), 3))
-    for axis in range(3):
-        around = np.roll(list(product(range(-2, 2), range(-1, 2), range(-1, 2))), axis, axis=1)
-        offsets = around + 0.5 * np.eye(3)[axis]  # from the midpoint
-        gradients[axes == axis] = samples[at[axes == axis, None] + around @ strides] @ -offsets
-    rows, sign = np.arange(len(at)), np.where(samples[at], -1.0, 1.0)
-    size = norm(gradients)
-    thin = (sign * gradients[rows, axes] < 0.3 * size) | (size == 0)  # there the axis of the crossing counts
-    gradients[rows[thin], axes[thin]] = sign[thin] * np.maximum(size[thin], 1.0)
-    places = np.column_stack(np.unravel_index(at, mask.shape)) - 0.5 * np.eye(3)[axes]
+    before, *within = (np.count_nonzero(np.diff(mask, axis=axis), axis=(1, 2)) for axis in range(3))
+    counts = np.append(0, before) + sum(within)
+    n, starts = int(counts.sum()), np.cumsum(counts) - counts
+    places, gradients, axes = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n, np.int64)
+    _kernels_labels.fill_crossings(mask, starts, places, axes, gradients)
     T = volume.T_world_index[:3, :3]
     return volume.to_world(places), T.T[axes] / np.sqrt(12.0), normalized(gradients @ np.linalg.inv(T))
 
