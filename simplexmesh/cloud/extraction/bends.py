@@ -28,13 +28,12 @@ WIDEST = 12.0
 
 @dataclass(frozen=True, eq=False)
 class Bend:
-    """A torus between two cylinders, by their numbers; the corner (3,) where their axes meet, noise and evidence."""
+    """A torus between two cylinders, by their numbers; the corner (3,) where their axes meet, and evidence for it."""
 
     first: int
     second: int
     corner: Array
     radius: float
-    noise: float
     evidence: float
     members: Indices
 
@@ -147,7 +146,7 @@ def judged(
     new = float((gain[inside] - straight).sum())
     if new < 2 * DECISIVE:
         return None
-    return Bend(*pair, chain.corners[1], float(chain.bend_radii[0]), noise, new, members)
+    return Bend(*pair, chain.corners[1], float(chain.bend_radii[0]), new, members)
 
 
 @dataclass(frozen=True, eq=False)

@@ -61,7 +61,7 @@ def extract_primitives(
         The kinds that are wanted: "plane", "sphere", "cylinder", "cone", "torus". Planes are looked for in any case, so
         that no walls are taken for wide cylinders, and are left out if they are not wanted.
     noise : float, optional
-        Deviation of the points along normals; otherwise it is measured.
+        Deviation of the points along normals; otherwise it is measured. Parts may have up to eight times as much.
     fewest : int, optional
         Points of a primitive, at least; by default a thousandth of all, or 50 if these are more.
     least_radius, greatest_radius : float

@@ -62,7 +62,7 @@ def together(work: Working, found: list[Grown], limits: Limits) -> Parts:
     if "torus" in limits.kinds and "cylinder" in limits.kinds:
         bends = proposed(work, found, limits)
     joined = runs(work.points, primitives, members, bends)
-    noises = [*(each.noise for each in found), *(bend.noise for bend in bends)]
+    noises = [*(each.noise for each in found), *(noise_of(bend, labels, found) for bend in bends)]
     state = Parts([*primitives, *([None] * len(bends))], bends, labels, noises)  # type: ignore[list-item]
     for k, bend in enumerate(bends):
         labels[bend.members] = len(primitives) + k
@@ -75,6 +75,13 @@ def together(work: Working, found: list[Grown], limits: Limits) -> Parts:
         refit(work.points, state)
     settled(work, state)
     return without_superfluous(work, state, limits)
+
+
+def noise_of(bend: Bend, labels: Indices, found: list[Grown]) -> float:
+    """Return the noise of a bend: that of the find that most of its points have as label (n,), or of a pipe."""
+    owners = labels[bend.members]
+    counts = np.bincount(owners[owners >= 0], minlength=len(found))
+    return found[int(counts.argmax()) if counts.any() else bend.first].noise
 
 
 def put(state: Parts, run: Run) -> None:

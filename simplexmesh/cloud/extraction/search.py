@@ -27,6 +27,9 @@ MOST_SEEDS = 200
 TRIED = 3
 """Best candidates that grow in full."""
 
+SPLIT = 0.2
+"""Share of points within half of their noise below which they are of two sheets: of a normal law it is 0.38."""
+
 TOGETHER = 0.5
 """Share of the neighbors of a primitive's points that are on it too: of points that are by chance few are."""
 
@@ -98,6 +101,8 @@ def gathers(work: Working, found: Grown, alive: Mask) -> bool:
     uneven = found.noise > work.noise
     if uneven and deviation(work, found.primitive, found.members) > SETTLED * found.noise:
         return False
+    if uneven and near_the_middle(work, found) < SPLIT:
+        return False
     if uneven and np.median(work.rough[found.members]) > found.noise:  # a bent surface is smooth all the same
         return False
     about = work.near[found.members, 1:].ravel()
@@ -105,6 +110,11 @@ def gathers(work: Working, found: Grown, alive: Mask) -> bool:
     left = alive[about]
     close = (np.abs(distance) <= WITHIN * found.noise) & (facing >= ASLANT) & left
     return float(close.sum()) >= TOGETHER * (len(about) if uneven else float(left.sum()))
+
+
+def near_the_middle(work: Working, found: Grown) -> float:
+    """Return the share of the points of a find that are within half of its noise."""
+    return float((np.abs(fits(work, found.primitive, found.members)[0]) < found.noise / 2).mean())
 
 
 def taken(work: Working, found: Grown) -> Indices:
