@@ -18,6 +18,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 
 import simplexmesh as sm
 from simplexmesh.recognition.library import _kernels_correspondences as correspondences
@@ -96,6 +98,24 @@ class TestRecognition:
         back = np.linalg.inv(T) @ found.T_target_source
         at = known["egg"].vertices @ back[:3, :3].T + back[:3, 3]
         assert np.abs(((at / [1.5, 1.1, 0.8]) ** 2).sum(axis=1) - 1).max() < 0.05
+
+    def test_flat_sides_say_little_and_principal_axes_much(self, tmp_path):
+        """Of five boxes one lay wrongly and two were missed without the motions between principal axes."""
+
+        def box(seed):
+            rng = np.random.default_rng(seed)
+            at, axis = rng.uniform(-1, 1, (4000, 3)), rng.integers(3, size=4000)
+            at[np.arange(4000), axis] = rng.choice([-1, 1], 4000)
+            return at * [1, 0.6, 0.35]
+
+        boxes = sm.ModelLibrary(tmp_path / "boxes.lib")
+        boxes.add("box", box(0))
+        for seed in range(20, 26):
+            rotation = Rotation.random(random_state=seed).as_matrix()
+            scan = box(seed) @ rotation.T + [3, 1, 2]
+            (found,) = boxes.recognize(scan)
+            placed = box(0) @ found.T_target_source[:3, :3].T + found.T_target_source[:3, 3]
+            assert np.quantile(cKDTree(placed).query(scan)[0], 0.9) < 0.06
 
     def test_meshes_and_files_are_scans_too(self, library, known, tmp_path):
         assert library.recognize(known["ring"])[0].name == "ring"
