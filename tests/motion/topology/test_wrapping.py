@@ -162,6 +162,7 @@ def test_a_sphere_finds_the_genus_of_what_it_encloses(data_folder, name, genus):
 
 
 @pytest.mark.nightly
+@pytest.mark.filterwarnings("ignore:.* in two layers")  # of so few vertices bars are thin walls
 def test_a_sphere_comes_to_a_frame():
     model = sm.reconstruct(frame_of_a_cube(), init="sphere", vertices=1500, iterations=60, creases="none")
     assert (model.mesh.genus, model.tangled, model.found.genus) == (5, 0, 5)
