@@ -37,7 +37,10 @@ def reporting(
     *,
     stderr: bool = False,
 ) -> Iterator[Progress]:
-    """Yield a function to report to: the user's, one that updates a bar on the terminal or notebook, or a dummy."""
+    """Yield a function to report to: the user's, one that updates a bar on the terminal or notebook, or a dummy.
+
+    Commands have the bar on standard error, so that what they print can be piped.
+    """
     from simplexmesh._base import checks  # late, as it imports NumPy
 
     if callable(progress):

@@ -46,7 +46,7 @@ def test_random_scenes_are_found(small, found, seeds):
 
 @pytest.mark.parametrize("noise", [(4, 1, 1, 1, 1, 1), (1, 3, 3, 3, 1, 1), (1, 1, 1, 4, 1, 1)])
 def test_parts_of_more_noise_than_others_are_found(noise):
-    """With the noise of most points for all, a third of the shapes was missed, the floor in every second scene."""
+    """With the noise of most points for all 13 % of the shapes were missed by a rough floor, 29 % of rough lines."""
     scores = []
     for seed in range(6):
         truth = scene(seed, noise=0.001 * np.array(noise), outliers=0.02)

@@ -100,7 +100,7 @@ class TestRecognition:
         assert np.abs(((at / [1.5, 1.1, 0.8]) ** 2).sum(axis=1) - 1).max() < 0.05
 
     def test_flat_sides_say_little_and_principal_axes_much(self, tmp_path):
-        """Of five boxes one lay wrongly and two were missed without the motions between principal axes."""
+        """Of twelve boxes two lay wrongly and three were missed without the motions between principal axes."""
 
         def box(seed):
             rng = np.random.default_rng(seed)
