@@ -2,38 +2,62 @@
 
 from __future__ import annotations
 
+import multiprocessing
+import os
+import signal
 import tempfile
 import time
 import warnings
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import typer
 
 from simplexmesh._base.errors import SimplexMeshWarning
-from simplexmesh._base.interrupts import deferred_interrupts
 from simplexmesh.cli.report import progress
 
 EXAMPLE = "Example: simplexmesh warm-up"
+PROCESSES = 4
+"""At most: each compiles again what another has not yet finished, and takes half a gigabyte."""
 
 
 def command() -> None:
     """Compile all common kernels, which otherwise happens at first use: once after installation and each upgrade."""
     began = time.perf_counter()
-    with deferred_interrupts() as interrupts, progress("compiling") as report:
-        steps = examples()
-        for place, (name, example) in enumerate(steps.items()):
-            interrupts.check()
-            report(place / len(steps), name)
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", SimplexMeshWarning)  # the examples are coarse
-                example()
+    context, count = multiprocessing.get_context("spawn"), min(os.cpu_count() or 1, PROCESSES)
+    with (
+        ProcessPoolExecutor(count, context, signal.signal, (signal.SIGINT, signal.SIG_IGN)) as pool,
+        progress("compiling") as report,
+    ):
+        names = list(examples())
+        compiled = pool.map(run_example, names)
+        try:
+            for place, name in enumerate(names):
+                report(place / len(names), name)
+                next(compiled)
+        except KeyboardInterrupt:  # which ends the processes, as each takes up to a minute for its example
+            for process in multiprocessing.active_children():
+                process.terminate()
+            raise
     typer.echo(f"kernels are compiled, {time.perf_counter() - began:.0f} s")
 
 
+def run_example(name: str) -> None:
+    """Run one example, which compiles kernels."""
+    from simplexmesh._base._kernels_compiled import compiling
+
+    with warnings.catch_warnings(), compiling(lambda: None, lambda: None):
+        warnings.simplefilter("ignore", SimplexMeshWarning)  # the examples are coarse
+        examples()[name]()
+
+
 def examples() -> dict[str, Callable[[], Any]]:
-    """Return a small example of each door, by name; large enough that kernels also run on several threads."""
+    """Return a small example of each door, by name; large enough that kernels also run on several threads.
+
+    Those come first that take long and share few kernels, as several processes run them.
+    """
     import numpy as np
 
     import simplexmesh as sm
@@ -60,18 +84,20 @@ def examples() -> dict[str, Callable[[], Any]]:
         "reconstruct a volume": lambda: [
             sm.reconstruct((1000 * (9 - grid)).astype(kind), level=50.0, **few) for kind in (float, np.int16)
         ],
+        "curvature": lambda: (
+            [sm.curvature(triangles, method=each) for each in curvatures.METHODS],
+            [sm.curvature(each) for each in (ball, ball.vertices)],
+        ),
+        "decimate": lambda: (sm.decimate(ball, vertices=2000), sm.decimate(sm.sphere(4), tolerance=0.05)),
+        "register": lambda: sm.register(egg[egg[:, 0] > -1], egg),
+        "library": library,
         "reconstruct a label": lambda: sm.reconstruct(((grid < 9) & drilled).astype(np.uint8), tunnels=6.0, **few),
         "reconstruct points": lambda: sm.reconstruct(ball.vertices, **few),
         "reconstruct triangles": lambda: sm.reconstruct(triangles, **small),
         "reconstruct open data": lambda: sm.reconstruct(bowl, init="sphere", **small),
         "reconstruct a handle": lambda: sm.reconstruct(sm.torus(40, 16).vertices, init="sphere", **small),
         "check": lambda: sm.sphere(4).check(self_intersections=True),
-        "decimate": lambda: (sm.decimate(ball, vertices=2000), sm.decimate(sm.sphere(4), tolerance=0.05)),
         "edit": lambda: (sm.regularize(sm.sphere(6)), sm.redistribute(sm.sphere(8), ball.vertices)),
-        "curvature": lambda: (
-            [sm.curvature(triangles, method=each) for each in curvatures.METHODS],
-            [sm.curvature(each) for each in (ball, ball.vertices)],
-        ),
         "normals": lambda: (
             [sm.vertex_normals(triangles, method=each) for each in normals.METHODS],
             sm.vertex_normals(ball.vertices),
@@ -83,6 +109,4 @@ def examples() -> dict[str, Callable[[], Any]]:
         "pipes": lambda: sm.extract_pipes(pipe),
         "deviation": lambda: sm.deviation(triangles, sm.sphere(16).triangulated("dual")),
         "signatures": lambda: sm.match(sm.sai(egg), sm.sai(egg)),
-        "register": lambda: sm.register(egg[egg[:, 0] > -1], egg),
-        "library": library,
     }
