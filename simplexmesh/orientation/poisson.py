@@ -35,6 +35,9 @@ MOSTLY = 0.9
 SURE = 0.15
 """Spread of the indicator, whose jump is 1, below which the first normals are believed: 0.1 on thin noisy walls."""
 
+SCREEN, PRIOR = 1.5, 0.1
+"""Of screening: its radius in cells, and the share of the usual density of points where it is halved, for outliers."""
+
 DOUBTFUL = 1.5
 """Factor on the spread of an indicator whose normals do not settle, and of one whose normals contradict most floods."""
 
@@ -110,6 +113,27 @@ class Indicator:
     def border(self) -> Array:
         """The samples on the six sides of the grid."""
         return np.concatenate([np.take(self.values, side, axis=axis).ravel() for axis in range(3) for side in (0, -1)])
+
+
+def screened(indicator: Indicator, points: Array) -> Indicator:
+    """Return the indicator less its mean at the points nearby, as 0 at all points only in the mean loses thin limbs.
+
+    Screening as of M. Kazhdan, H. Hoppe, Screened Poisson surface reconstruction, ACM Trans. Graph. 32(3), 2013, but
+    within a radius of the points and in two rounds, which needs no solver of sparse systems.
+    """
+    grid, values = indicator.grid, indicator.values.copy()
+    at = grid.to_index(points)
+
+    def blurred(weights: Array) -> NDArray[np.float32]:
+        out = np.zeros(grid.shape, np.float32)
+        _kernels_grid.splat(at, weights, out)
+        return np.asarray(ndimage.gaussian_filter(out, SCREEN, truncate=3.0))
+
+    density = blurred(np.ones(len(points)))
+    density += np.float32(PRIOR * np.median(Indicator(grid, density).at(points)[0]))
+    for _ in range(2):
+        values -= blurred(Indicator(grid, values).at(points)[0]) / density
+    return Indicator(grid, values)
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,6 +7,7 @@ leak, and by iterated Poisson reconstruction.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from simplexmesh.motion.start.topology import pieces, without_cavities, without_
 from simplexmesh.motion.targets.triangles import Triangles
 from simplexmesh.numerics.kd_tree import uneven_tree
 from simplexmesh.numerics.plane_fits import planes, spacing_of
-from simplexmesh.orientation.poisson import Indicator, Poisson, oriented_indicator
+from simplexmesh.orientation.poisson import Indicator, Poisson, oriented_indicator, screened
 
 MOST_POINTS = 60_000
 """Points used, unless there are more vertices: more take longer and do not change the topology."""
@@ -47,8 +48,23 @@ def start_from_points(
     tunnels: float = 0.0,
     cavities: bool = False,
 ) -> Start:
-    """Return a closed mesh near points of a surface; tunnels narrower than given are sealed, cavities unless wanted."""
-    indicator = _indicator(cloud, vertices)
+    """Return a closed mesh near points of a surface; tunnels narrower than given are sealed, cavities unless wanted.
+
+    Screening keeps thin limbs, but where noise is wider than cells only the smooth indicator tells the genus.
+    """
+    smooth = _indicator(cloud, vertices)
+    cut = partial(_cut, cloud=cloud, vertices=vertices, components=components, tunnels=tunnels, cavities=cavities)
+    start = cut(screened(smooth, cloud.points))
+    if start.report.doubtful:
+        other = cut(smooth)
+        return start if other.report.doubtful else other
+    return start
+
+
+def _cut(
+    indicator: Indicator, *, cloud: PointCloud, vertices: int, components: str, tunnels: float, cavities: bool
+) -> Start:
+    """Return the mesh of an indicator, at the level where its genus lasts."""
     field = np.pad(indicator.values, 1, constant_values=-0.5)
     smallest = FEWEST / vertices * np.count_nonzero(field > 0)
 

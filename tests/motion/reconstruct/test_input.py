@@ -197,7 +197,7 @@ def test_bodies_that_touch_at_an_edge_are_modeled():
 
 @pytest.mark.filterwarnings("ignore:.*of the data is inside of the model")  # the walls of the tunnel
 def test_lost_handles_are_reported():
-    thin = sm.torus(40, 8, radius=1.0, tube_radius=0.97).triangulated()
+    thin = sm.torus(40, 40, radius=1.0, tube_radius=0.999).triangulated()
     with pytest.warns(sm.SimplexMeshWarning, match="has genus 1, the start of the model 0: finer handles are lost"):
         sm.reconstruct(thin, vertices=200, creases="none")
 

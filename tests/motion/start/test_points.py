@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial import cKDTree
 
 from simplexmesh import PointCloud, read_points, read_triangles
+from simplexmesh._base.vectors import normalized
 from simplexmesh.mesh.check import tangled_vertices
 from simplexmesh.mesh.shapes import sphere
 from simplexmesh.motion.start import solid_mesh
@@ -225,3 +226,13 @@ def test_kitten(data_folder, normals):
     start = start_from_points(cloud if normals else PointCloud(cloud.points), 3000)
     assert (start.mesh.genus, start.mesh.n_components) == (1, 1)
     assert start.mesh.check(self_intersections=True)
+
+
+def test_thin_limbs_are_kept():
+    rng = np.random.default_rng(0)
+    ball = rng.normal(size=(28000, 3))
+    turn, high = rng.uniform(0, 2 * np.pi, 900), rng.uniform(1, 2.4, 900)
+    rod = np.stack([0.04 * np.cos(turn), 0.04 * np.sin(turn), high], axis=1)
+    mesh = start_from_points(PointCloud(np.concatenate([normalized(ball), rod]))).mesh
+    assert mesh.genus == 0
+    assert mesh.vertices[:, 2].max() > 2.2  # without screening it ends at 1

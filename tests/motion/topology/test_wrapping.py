@@ -248,6 +248,7 @@ class TestTubesCutOffAslant:
 
 
 @pytest.mark.filterwarnings("ignore:a part of the motion ended early")
+@pytest.mark.filterwarnings("ignore:.* of the data is inside of the model")  # that the film spans
 def test_a_handle_refused_by_the_user_stays_a_film():
     out = sm.reconstruct(
         torus_points(), init="sphere", vertices=700, handles=lambda proposal: False, iterations=20, creases="none"
