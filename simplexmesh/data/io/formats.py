@@ -85,6 +85,8 @@ def called(kind: str) -> str:
 
 
 def _by_content(head: bytes, size: int) -> str | None:
+    if head[128:132] == b"DICM":  # before it there may be a TIFF header
+        return "dicom"
     for kind, beginnings in _MAGIC.items():
         if head.startswith(beginnings):
             return kind
@@ -92,8 +94,6 @@ def _by_content(head: bytes, size: int) -> str | None:
         return "nifti" if _is_nifti(_unzipped(head)) else None
     if _is_nifti(head):
         return "nifti"
-    if head[128:132] == b"DICM":
-        return "dicom"
     if _is_stl(head, size):
         return "stl"
     return _by_text(head)
