@@ -217,12 +217,15 @@ def _read_kind(path: Path, kind: str) -> Any:
 
         with readable_by_vtk(path) as plain:
             return _welded(vtk.from_dataset(vtk.read_dataset(plain, kind), path.name), kind)
-    dataset = vtk.read_dataset(path, kind)
-    out = vtk.from_dataset(dataset, path.name, owned=True)
-    if kind != "obj" or not isinstance(out, TriangleMesh):
-        return _welded(out, kind)
+    if kind != "obj":
+        return _welded(vtk.from_dataset(vtk.read_dataset(path, kind), path.name, owned=True), kind)
     from simplexmesh.data.io import obj
 
+    with obj.without_materials(path) as plain:
+        dataset = vtk.read_dataset(plain, kind)
+    out = vtk.from_dataset(dataset, path.name, owned=True)
+    if not isinstance(out, TriangleMesh):
+        return out
     return obj.with_colors(_welded(obj.with_texture(out, dataset), kind), path)
 
 
