@@ -73,6 +73,8 @@ DOORS = {
     ],
     "trame_vtk": ["/plot/stage.py"],
     "trimesh": ["/data/exporting.py"],
+    "lxml": ["/data/exporting.py"],
+    "networkx": ["/data/exporting.py"],
     "open3d": ["/data/exporting.py"],
     "manifold3d": ["/data/cutting/boolean.py"],
     "scipy": ["/*/*.py", "/*/*/*.py", "/*/*/*/*.py"],

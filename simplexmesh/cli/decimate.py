@@ -28,7 +28,7 @@ def command(
     json: report.Json = False,
 ) -> None:
     """Remove vertices where they affect the surface least; genus, components and holes are kept."""
-    output = report.writable(output, "--output", report.MODELS, [path])
+    output = report.writable(output, "--output", inputs=[path])
     if (vertices is None) == (tolerance is None):
         raise ValueError("give --vertices or --tolerance" + ("" if vertices is None else ", not both"))
 

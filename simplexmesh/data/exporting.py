@@ -51,6 +51,16 @@ def _trimesh() -> Any:
     return trimesh
 
 
+def needed() -> None:
+    """Say how the libraries that GLB and 3MF files need are installed if one is missing."""
+    try:
+        import lxml  # noqa: F401
+        import networkx  # noqa: F401
+        import trimesh  # noqa: F401
+    except ImportError as error:
+        raise ImportError(f"this needs {EXPORT}") from error
+
+
 def _by_trimesh(surface: Any, kind: str) -> bytes:
     """Return the file that trimesh makes of a triangle mesh: "glb" or "3mf", which needs lxml and networkx."""
     made = to_trimesh(surface)
