@@ -73,6 +73,7 @@ DOORS = {
     ],
     "trame_vtk": ["/plot/stage.py"],
     "trimesh": ["/data/exporting.py"],
+    "nibabel": ["/data/exporting.py"],
     "lxml": ["/data/exporting.py"],
     "networkx": ["/data/exporting.py"],
     "open3d": ["/data/exporting.py"],
