@@ -28,7 +28,7 @@ def command(
     json: report.Json = False,
 ) -> None:
     """Remove vertices where they affect the surface least; genus, components and holes are kept."""
-    output = report.writable(output, "--output", report.MODELS, [path])
+    output = report.writable(output, "--output", inputs=[path])
     if (vertices is None) == (tolerance is None):
         raise ValueError("give --vertices or --tolerance" + ("" if vertices is None else ", not both"))
 
@@ -111,4 +111,4 @@ def _rows(facts: dict[str, Any]) -> dict[str, str]:
 
 def _part(length: float, facts: dict[str, Any]) -> str:
     """Return a length as text, with its share of the diagonal."""
-    return f"{length:.4g} ({100 * length / facts['diagonal']:.2g} %)" if facts["diagonal"] else f"{length:.4g}"
+    return f"{length:.4g} ({100 * length / facts['diagonal']:.3g} %)" if facts["diagonal"] else f"{length:.4g}"

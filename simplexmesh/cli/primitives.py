@@ -18,7 +18,7 @@ KINDS = "plane,sphere,cylinder,cone,torus"
 
 PointsPath = Annotated[Path, typer.Argument(metavar="INPUT", help="Points: .ply, .xyz, .pcd, .las, .laz, .e57, ...")]
 Output = Annotated[Path | None, typer.Option("--output", "-o", help="File to write: .json, with all parameters.")]
-Mesh = Annotated[Path | None, typer.Option("--mesh", help="Write the surfaces: .vtp, .ply, .obj, .off, .stl.")]
+Mesh = Annotated[Path | None, typer.Option("--mesh", help=f"Write the surfaces: {report.SAVED}.")]
 Step = Annotated[Path | None, typer.Option("--step", help="Write exact surfaces, or solids of pipes: .step, .stp.")]
 Labeled = Annotated[
     Path | None,
@@ -43,7 +43,7 @@ def primitives(
     json: report.Json = False,
 ) -> int:
     """Find the planes, spheres, cylinders, cones and tori that points are on."""
-    files = {"--output": (output, (".json",)), "--mesh": (mesh, report.MODELS)}
+    files = {"--output": (output, (".json",)), "--mesh": (mesh, ())}
     targets = _targets(path, files | {"--step": (step, STEPS), "--labeled": (labeled, CLOUDS)}, picture)
     camera = _camera(side, up, picture)
     with report.work("primitives", wanted=not json) as (interrupts, reported):
@@ -79,7 +79,7 @@ def pipes(
     json: report.Json = False,
 ) -> int:
     """Find pipe lines: straight parts, bends, reducers and tees, in order and tangent to one another."""
-    files = {"--output": (output, (".json",)), "--table": (bill, (".csv",)), "--mesh": (mesh, report.MODELS)}
+    files = {"--output": (output, (".json",)), "--table": (bill, (".csv",)), "--mesh": (mesh, ())}
     targets = _targets(path, files | {"--step": (step, STEPS), "--labeled": (labeled, CLOUDS)}, picture)
     camera = _camera(side, up, picture)
     at = None if pick is None else _place(pick)

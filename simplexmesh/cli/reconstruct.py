@@ -61,7 +61,7 @@ def command(
     json: report.Json = False,
 ) -> int | str:
     """Fit a surface model to a volume, a label map, a scan or several scans."""
-    output = report.writable(output, "--output", report.MODELS, inputs)
+    output = report.writable(output, "--output", inputs=inputs)
     picture = picture and report.writable(picture, "--picture", report.PICTURES, inputs)
     camera = report.camera(view, up, drawn=picture is not None)
 

@@ -15,21 +15,19 @@ from simplexmesh._base.interrupts import Interrupts, deferred_interrupts
 from simplexmesh._base.progress import Progress, reporting
 from simplexmesh.data.json_text import json_text
 
-MODELS = (".vtp", ".ply", ".obj", ".off", ".stl")
 PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".html")
 INTERRUPTED = 130
 KEPT = "interrupted, with the results so far kept"  # return value of such a command
 UPS = ("auto", "x", "y", "z", "-x", "-y", "-z")
 NOTES: list[str] = []  # the notes printed so far, for JSON
 ROWS = 30  # of a table in the report; JSON has all
+SAVED = ".vtp (keeps everything), or what else sm.save writes, as .ply, .stl, .glb"
 VIEWS = ("iso", "xy", "xz", "yz", "yx", "zx", "zy", "-xy", "-xz", "-yz", "-yx", "-zx", "-zy")
 
 Level = Annotated[float | None, typer.Option(help="Isovalue of an intensity volume.")]
 Label = Annotated[int | None, typer.Option(help="Region of a label map.")]
 Inside = Annotated[str, typer.Option(help="Whether the object is above or below the level.")]
-Model = Annotated[
-    Path, typer.Option("--output", "-o", help="Model to write: .vtp (keeps everything), .ply, .obj, .off, .stl.")
-]
+Model = Annotated[Path, typer.Option("--output", "-o", help=f"Model to write: {SAVED}.")]
 View = Annotated[str, typer.Option("--view", help="Direction of view: iso, xy, -xy, xz, yx, ...")]
 Picture = Annotated[Path | None, typer.Option("--picture", help="Write a picture to this file.")]
 Up = Annotated[str, typer.Option(help="Axis that points up: x, y, z, -x, -y, -z or auto.")]
@@ -112,11 +110,17 @@ def progress(title: str, *, wanted: bool = True) -> Iterator[Progress]:
         yield shown
 
 
-def writable(path: Path, option: str, endings: tuple[str, ...], inputs: list[Path] | None = None) -> Path:
-    """Return the path to write to; raise at once, before any long work, if that would fail."""
-    path = path.expanduser()
+def writable(path: Path, option: str, endings: Sequence[str] = (), inputs: list[Path] | None = None) -> Path:
+    """Return the path to write to, a model's without `endings`; raise at once, before any long work, if that fails."""
+    path, model = path.expanduser(), None
+    if not endings:
+        from simplexmesh.data.io.writing import FORMATS
+
+        endings, model = tuple(FORMATS), FORMATS.get(path.suffix.lower())
     if path.suffix.lower() not in endings:
         raise ValueError(f"{option} must end with one of {', '.join(endings)}, not {path.suffix or 'nothing'}")
+    if model is not None:
+        model.needs()
     if not path.parent.is_dir():
         raise FileNotFoundError(f"{option} must be in an existing folder, {str(path.parent)!r} does not exist")
     if not os.access(path.parent, os.W_OK):

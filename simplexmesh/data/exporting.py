@@ -1,10 +1,15 @@
-"""Objects of trimesh and Open3D made of ours, with arrays of their own; the only module that imports these."""
+"""Objects of trimesh and Open3D made of ours, files by trimesh and nibabel; the only module that imports these."""
 
 from __future__ import annotations
 
+import base64
+import binascii
 import io
 import json
+import re
 import zipfile
+import zlib
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,7 +24,7 @@ if TYPE_CHECKING:
     from simplexmesh.data.io.polydata import Polygons
 
 MOST_UNPACKED = 100
-"""Times as large as the file the content of a 3MF file may be: of triangles in a plane it is 10."""
+"""Times as large as the file the content of a 3MF or GIFTI file may be: of triangles in a plane it is 10."""
 
 MOST_FACES = 50_000_000
 """Triangles that all copies of the parts of a scene may have."""
@@ -49,6 +54,16 @@ def _trimesh() -> Any:
     except ImportError as error:
         raise ImportError(f"this needs {EXPORT}") from error
     return trimesh
+
+
+def needed() -> None:
+    """Say how the libraries that GLB and 3MF files need are installed if one is missing."""
+    try:
+        import lxml  # noqa: F401
+        import networkx  # noqa: F401
+        import trimesh  # noqa: F401
+    except ImportError as error:
+        raise ImportError(f"this needs {EXPORT}") from error
 
 
 def _by_trimesh(surface: Any, kind: str) -> bytes:
@@ -130,6 +145,33 @@ def _check_sizes(content: bytes, kind: str) -> None:
         size, most = max((each["count"] for each in described.get("accessors", ())), default=0), len(content)
     if size > most:
         raise ValueError("more entries than bytes")
+
+
+def read_gifti(path: Path) -> Any:
+    """Return what a GIFTI file, packed or not, has as an object of nibabel; other files that it names stay closed."""
+    try:
+        import nibabel
+    except ImportError as error:
+        raise ImportError("this needs nibabel: pip install nibabel") from error
+    content = path.read_bytes()
+    most = MOST_UNPACKED * len(content)
+    try:
+        if content.startswith(b"\x1f\x8b"):
+            content = _unpacked(content, most, wbits=31)
+        for text in re.split(rb"<Data\s*>", content)[1:]:
+            with suppress(zlib.error, binascii.Error):  # of numbers as they are
+                _unpacked(base64.b64decode(text.partition(b"<")[0]), most)
+        return nibabel.GiftiImage.from_bytes(content)
+    except Exception as error:  # whatever damage makes of the numbers in it
+        raise OSError(f"{path.name} is damaged, or its arrays are in other files") from error
+
+
+def _unpacked(content: bytes, most: int, wbits: int = zlib.MAX_WBITS) -> bytes:
+    """Return what is packed, or raise if it is more than the most."""
+    out = zlib.decompressobj(wbits).decompress(content, most)
+    if len(out) == most:
+        raise ValueError("more content than that of a surface")
+    return out
 
 
 def write_3mf(path: Path, content: Polygons) -> None:

@@ -103,8 +103,10 @@ def _of_simpleitk(value: Any, name: str) -> Volume | None:
     return itk.volume_of_image(value, name) if hasattr(value, "GetSpacing") else None
 
 
-def _of_nibabel(value: Any, name: str) -> Volume | None:
+def _of_nibabel(value: Any, name: str) -> Volume | TriangleMesh | None:
     """Return an image as a volume in LPS, as files of this format are read, in millimeters if its unit is known."""
+    if hasattr(value, "darrays"):
+        return _of_gifti(value, name)
     if not hasattr(value, "affine") or not hasattr(value, "dataobj"):
         return None
     samples = np.asanyarray(value.dataobj)
@@ -115,6 +117,17 @@ def _of_nibabel(value: Any, name: str) -> Volume | None:
     unit = known_unit(value.header.get_xyzt_units()[0]) if hasattr(value.header, "get_xyzt_units") else "mm"
     volume = Volume(samples, spacing, T[:3, 3], T[:3, :3] / spacing, unit)
     return volume if unit is None else volume.in_unit("mm")
+
+
+def _of_gifti(value: Any, name: str) -> TriangleMesh:
+    """Return a surface in LPS, as images are, with the arrays of its vertices by their names."""
+    points, faces = map(value.get_arrays_from_intent, ("NIFTI_INTENT_POINTSET", "NIFTI_INTENT_TRIANGLE"))
+    if not points or not faces:
+        raise ValueError(f"{name} must hold points and triangles, it does not")
+    vertices = np.asarray(points[0].data, dtype=np.float64) * (-1, -1, 1)
+    others = [each for each in value.darrays if each is not points[0] and each is not faces[0]]
+    named = {each.meta.get("Name", f"array_{k}"): each.data for k, each in enumerate(others)}
+    return TriangleMesh(vertices, np.array(faces[0].data), _per_row(named, len(vertices)), "mm")
 
 
 def _of_meshio(value: Any, name: str) -> TriangleMesh | PointCloud | None:

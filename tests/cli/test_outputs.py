@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import sys
 
 import pytest
 
 import simplexmesh as sm
+from simplexmesh.data.io.writing import FORMATS
 
 COMMANDS = {
     "reconstruct": ("--vertices", 40, "--creases", "none"),
@@ -42,6 +44,31 @@ def unread(monkeypatch):
 @pytest.mark.usefixtures("unread")
 def test_an_output_that_cannot_be_is_refused(refused, ball, tmp_path, name, output, words):
     assert words in refused(name, ball, *COMMANDS[name], "-o", tmp_path / output)
+
+
+@pytest.mark.parametrize("name", ["reconstruct", "decimate"])
+def test_models_are_written_in_every_format_of_surfaces_and_points(command, ball, tmp_path, name):
+    for ending in (each for each in FORMATS if each != ".e57"):  # which has no wheel on every platform
+        code, _, err = command(name, ball, *COMMANDS[name], "-o", tmp_path / f"out{ending}")
+        assert code == 0, err
+        assert len(sm.read_points(tmp_path / f"out{ending}").points) >= 40
+
+
+@pytest.mark.parametrize(
+    ("name", "library", "ending", "extra"),
+    [
+        ("reconstruct", "trimesh", "glb", "export"),
+        ("reconstruct", "lxml", "3mf", "export"),
+        ("decimate", "networkx", "3mf", "export"),
+        ("reconstruct", "laspy", "laz", "survey"),
+        ("reconstruct", "pye57", "e57", "survey"),
+    ],
+)
+@pytest.mark.usefixtures("unread")
+def test_a_missing_library_is_told_before_any_work(refused, ball, tmp_path, monkeypatch, name, library, ending, extra):
+    monkeypatch.setitem(sys.modules, library, None)
+    err = refused(name, ball, *COMMANDS[name], "-o", tmp_path / f"out.{ending}")
+    assert err == f"error: this needs the extra {extra}: pip install 'simplexmesh[{extra}]'\n".rstrip()
 
 
 @pytest.mark.parametrize(

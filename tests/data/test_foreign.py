@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import sys
 from types import SimpleNamespace
 
@@ -164,6 +165,62 @@ class TestImages:
         assert found.unit == read.unit == "mm"
         assert_allclose(found.T_world_index, read.T_world_index, rtol=1e-5)
         assert_allclose(found.values, read.values)
+
+
+class TestGifti:
+    def made(self, *, encoding="GIFTI_ENCODING_B64GZ", heat=SURFACE.data["heat"]):
+        """A surface in RAS, as programs of the NIfTI family write it, with an array of its vertices and one of none."""
+        gifti = pytest.importorskip("nibabel.gifti")
+        content = ("POINTSET", BALL.vertices * (-1, -1, 1)), ("TRIANGLE", BALL.faces), ("SHAPE", heat), ("NONE", [1.0])
+        arrays = [
+            gifti.GiftiDataArray(
+                np.asarray(values, "i4" if kind == "TRIANGLE" else "f4"),
+                f"NIFTI_INTENT_{kind}",
+                encoding=encoding,
+                meta={"Name": "heat"} if kind == "SHAPE" else {},
+            )
+            for kind, values in content
+        ]
+        return gifti.GiftiImage(darrays=arrays)
+
+    def check(self, found):
+        assert_allclose(found.vertices, BALL.vertices, atol=1e-6)
+        assert_array_equal(found.faces, BALL.faces)
+        assert found.unit == "mm"
+        assert found.data.keys() == {"heat"}
+        assert_allclose(found.data["heat"], SURFACE.data["heat"], atol=1e-6)
+
+    @pytest.mark.parametrize("name", ["a.gii", "a.surf.gii", "a.surf.gii.gz"])
+    def test_surfaces_and_their_files_lie_where_images_do(self, name, tmp_path):
+        made = self.made()
+        made.to_filename(tmp_path / name)
+        self.check(as_triangles(made))
+        self.check(sm.read(tmp_path / name))
+
+    def test_without_a_surface_they_are_refused(self, tmp_path):
+        made = self.made()
+        del made.darrays[1]
+        made.to_filename(tmp_path / "a.gii")
+        for given, name in ((made, "data"), (tmp_path / "a.gii", "a.gii")):
+            with pytest.raises(ValueError, match=f"^{name} must hold points and triangles, it does not$"):
+                as_data(given)
+
+    def test_damage_is_told_and_what_unpacks_to_much_more_than_the_file(self, tmp_path):
+        self.made().to_filename(tmp_path / "a.gii")
+        whole = (tmp_path / "a.gii").read_bytes()
+        (tmp_path / "a.gii").write_bytes(whole[: len(whole) // 2])
+        self.made(heat=np.zeros(3_000_000)).to_filename(tmp_path / "b.gii")
+        text = self.made(heat=np.zeros(300_000), encoding="GIFTI_ENCODING_ASCII").to_bytes()
+        (tmp_path / "c.gii.gz").write_bytes(gzip.compress(text + b" " * 4_000_000))
+        for name in ("a.gii", "b.gii", "c.gii.gz"):
+            with pytest.raises(OSError, match=f"^{name} is damaged, or its arrays are in other files$"):
+                sm.read(tmp_path / name)
+
+    def test_without_nibabel_one_sentence(self, tmp_path, monkeypatch):
+        self.made().to_filename(tmp_path / "a.gii")
+        monkeypatch.setitem(sys.modules, "nibabel", None)
+        with pytest.raises(ImportError, match=r"^this needs nibabel: pip install nibabel$"):
+            sm.read(tmp_path / "a.gii")
 
 
 class TestTables:

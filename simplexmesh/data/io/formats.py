@@ -20,6 +20,7 @@ _FORMATS = {
     "stl": ("an STL", ".stl"),
     "obj": ("an OBJ", ".obj"),
     "off": ("an OFF", ".off"),
+    "gifti": ("a GIFTI", ".gii .gii.gz"),
     "glb": ("a GLB", ".glb"),
     "3mf": ("a 3MF", ".3mf"),
     "pcd": ("a PCD", ".pcd"),
@@ -46,9 +47,9 @@ _DATABASE = b"SQLite format 3\0"
 
 
 def suffix(path: Path) -> str:
-    """Return the file name extension in lower case, `.nii.gz` as one."""
+    """Return the file name extension in lower case, `.nii.gz` and `.gii.gz` as one."""
     name = path.name.lower()
-    return ".nii.gz" if name.endswith(".nii.gz") else path.suffix.lower()
+    return name[-7:] if name.endswith((".nii.gz", ".gii.gz")) else path.suffix.lower()
 
 
 def format_of(path: Path) -> str:
@@ -85,15 +86,16 @@ def called(kind: str) -> str:
 
 
 def _by_content(head: bytes, size: int) -> str | None:
+    if head[128:132] == b"DICM":  # before it there may be a TIFF header
+        return "dicom"
     for kind, beginnings in _MAGIC.items():
         if head.startswith(beginnings):
             return kind
     if head[:2] == b"\x1f\x8b":
-        return "nifti" if _is_nifti(_unzipped(head)) else None
+        inner = _unzipped(head)
+        return "nifti" if _is_nifti(inner) else "gifti" if b"<GIFTI" in inner else None
     if _is_nifti(head):
         return "nifti"
-    if head[128:132] == b"DICM":
-        return "dicom"
     if _is_stl(head, size):
         return "stl"
     return _by_text(head)
@@ -104,6 +106,8 @@ def _by_text(head: bytes) -> str | None:
     if "<VTKFile" in text:
         kind = re.search(r'<VTKFile[^>]*\btype="(\w+)"', text)
         return {"ImageData": "vti", "PolyData": "vtp"}.get(kind[1]) if kind else None
+    if "<GIFTI" in text:
+        return "gifti"
     if re.search(r"^\s*(NDims|ObjectType)\s*=", text, re.MULTILINE):
         return "metaimage"
     if re.match(r"(\s*#[^\n]*\n|\s)*(ST)?C?N?4?n?OFF\b", text):

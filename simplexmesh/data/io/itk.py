@@ -26,6 +26,10 @@ from simplexmesh.data.io.integrity.headers import nrrd_header
 from simplexmesh.data.volume import Volume
 
 _SPACING_TOLERANCE = 0.01
+_READERS = {"metaimage": "MetaImageIO", "dicom": "GDCMImageIO"}
+"""Of formats that ITK looks for by the name of the file, which may end in capitals or not at all."""
+_BIG_ENDIAN = b"1.2.840.10008.1.2.2\0"
+_NO_IMAGE = "it has no image, or a damaged one, or one in a form that ITK does not know"
 
 
 class _Samples:
@@ -44,9 +48,11 @@ def read_image(path: Path) -> Volume:
     with _unambiguous(path) as unambiguous, _scaled_by_standard(unambiguous, kind) as readable:
         reader = sitk.ImageFileReader()
         reader.SetFileName(str(readable))
-        if kind == "metaimage":
-            reader.SetImageIO("MetaImageIO")  # by itself ITK knows endings in small letters only
-        image = _execute(path, reader)
+        if kind in _READERS:
+            reader.SetImageIO(_READERS[kind])
+        image = _execute(path, reader, dicom=kind == "dicom")
+        if kind == "dicom":
+            _check_byte_order(path, image)
         unit = "mm" if kind == "dicom" else _unit(image)
         return volume_of(path.name, image, _unit_of_nrrd(path) if unit is None and kind == "nrrd" else unit)
 
@@ -128,7 +134,7 @@ def read_series(folder: Path) -> Volume:
             volumes.check_tiff(file)
     reader = sitk.ImageSeriesReader()
     reader.SetFileNames(slices)
-    return volume_of(folder.name, _execute(folder, reader), "mm" if dicom else None)
+    return volume_of(folder.name, _execute(folder, reader, dicom=bool(dicom)), "mm" if dicom else None)
 
 
 def _dicom_slices(folder: Path) -> list[str]:
@@ -155,8 +161,9 @@ def _check_positions(folder: Path, slices: Sequence[str]) -> None:
         reader.SetFileName(name)
         try:
             reader.ReadImageInformation()
-        except RuntimeError as error:
-            raise OSError(f"{folder.name}: {Path(name).name} cannot be read: {_reason(str(error))}") from None
+        except RuntimeError:
+            raise OSError(f"{folder.name}: {Path(name).name} cannot be read: {_NO_IMAGE}") from None
+        _check_byte_order(Path(name), reader)
         origins.append(reader.GetOrigin())
         normals.append(np.reshape(reader.GetDirection(), (3, 3))[:, 2])
     steps = np.diff(origins, axis=0)
@@ -182,12 +189,23 @@ def _check_positions(folder: Path, slices: Sequence[str]) -> None:
         )
 
 
-def _execute(path: Path, reader: Any) -> sitk.Image:
+def _check_byte_order(path: Path, header: Any) -> None:
+    """Refuse big-endian samples of DICOM longer than two bytes: ITK swaps the bytes of their halves only."""
+    with path.open("rb") as file:
+        big = _BIG_ENDIAN in file.read(formats.HEAD)
+    bits = header.GetMetaData("0028|0100") if header.HasMetaDataKey("0028|0100") else "0"
+    if big and int(bits) > 16:
+        found = f"{path.name} has samples of {int(bits)} bits in big-endian order, which ITK gets wrong"
+        raise OSError(f"{found}: convert it to little-endian, as with dcmconv +te")
+
+
+def _execute(path: Path, reader: Any, *, dicom: bool) -> sitk.Image:
     sitk.ProcessObject.GlobalWarningDisplayOff()
     try:
         return reader.Execute()
     except RuntimeError as error:
-        raise OSError(f"{path.name} cannot be read as a volume: {_reason(str(error))}") from None
+        reason = _NO_IMAGE if dicom else _reason(str(error))
+        raise OSError(f"{path.name} cannot be read as a volume: {reason}") from None
 
 
 def _reason(text: str) -> str:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import re
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,7 +25,21 @@ from simplexmesh.data.welding import is_single_valued
 if TYPE_CHECKING:
     from simplexmesh.data.io.polydata import Polygons
 
+_MATERIALS = re.compile(rb"(?m)^[ \t]*(mtllib|usemtl)\b[^\r\n]*")
 _UNIT = re.compile(r"(?im)^#[^\n]*\bunits?\s*[:=]\s*(\S+)")
+
+
+@contextmanager
+def without_materials(path: Path) -> Iterator[Path]:
+    """Give the path, or that of a copy without materials: VTK refuses names with spaces and splits the texture."""
+    content = path.read_bytes()
+    if not _MATERIALS.search(content):
+        yield path
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder, path.name)
+        copy.write_bytes(_MATERIALS.sub(b"", content))
+        yield copy
 
 
 def with_texture(surface: TriangleMesh, dataset: Any) -> TriangleMesh:

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
 from simplexmesh._base.errors import TopologyError, warn
-from simplexmesh.data.exporting import read_scene
+from simplexmesh.data.exporting import read_gifti, read_scene
 from simplexmesh.data.foreign import converted
 from simplexmesh.data.io import formats
 from simplexmesh.data.io.off import read_off
@@ -35,6 +35,7 @@ _READERS: dict[str, Callable[[Path], Any]] = {
     "text": read_text,
     "las": lambda path: cloud_of_file(path.name, *read_las(path), missing=True),
     "e57": lambda path: cloud_of_file(path.name, *read_e57(path), missing=True),
+    "gifti": lambda path: converted(read_gifti(path), path.name),
     "glb": lambda path: converted(read_scene(path, "glb"), path.name),
     "3mf": lambda path: converted(read_scene(path, "3mf"), path.name),
 }
@@ -51,7 +52,7 @@ def read(path: str | os.PathLike[str]) -> Any:
     path : str or Path
         Volumes: MetaImage, NRRD, NIfTI, VTI, DICOM, TIFF, a folder of DICOM or TIFF slices. Surfaces and points:
         PLY, STL, OBJ, OFF, VTK, VTP, PCD, XYZ and CSV text; LAS, LAZ and E57 with the extra `survey`; GLB and
-        3MF with `export`.
+        3MF with `export`; GIFTI with nibabel.
 
     Returns
     -------
@@ -217,12 +218,15 @@ def _read_kind(path: Path, kind: str) -> Any:
 
         with readable_by_vtk(path) as plain:
             return _welded(vtk.from_dataset(vtk.read_dataset(plain, kind), path.name), kind)
-    dataset = vtk.read_dataset(path, kind)
-    out = vtk.from_dataset(dataset, path.name, owned=True)
-    if kind != "obj" or not isinstance(out, TriangleMesh):
-        return _welded(out, kind)
+    if kind != "obj":
+        return _welded(vtk.from_dataset(vtk.read_dataset(path, kind), path.name, owned=True), kind)
     from simplexmesh.data.io import obj
 
+    with obj.without_materials(path) as plain:
+        dataset = vtk.read_dataset(plain, kind)
+    out = vtk.from_dataset(dataset, path.name, owned=True)
+    if not isinstance(out, TriangleMesh):
+        return out
     return obj.with_colors(_welded(obj.with_texture(out, dataset), kind), path)
 
 

@@ -30,11 +30,12 @@ VOLUMES = (".mha", ".nrrd", ".nii", ".nii.gz", ".vti")
 
 
 class Format(NamedTuple):
-    """How a format is written, whether it holds points without faces, and which named arrays it holds."""
+    """How a format is written, whether it holds points without faces, which named arrays, and a check for libraries."""
 
     write: Callable[[Path, polydata.Polygons], None]
     of_points: bool = False
     holds: Callable[[str, NDArray[Any]], bool] = lambda name, values: True
+    needs: Callable[[], Any] = lambda: None
 
 
 def nothing(name: str, values: NDArray[Any]) -> bool:
@@ -54,11 +55,11 @@ FORMATS = {
     ".off": Format(off.write_off, holds=nothing),
     ".stl": Format(stl.write_stl, holds=nothing),
     ".xyz": Format(text.write_xyz, of_points=True, holds=nothing),
-    ".las": Format(las.write_las, of_points=True),
-    ".laz": Format(las.write_las, of_points=True),
-    ".e57": Format(e57.write_e57, of_points=True),
-    ".glb": Format(exporting.write_glb, holds=exporting.is_glb_array),
-    ".3mf": Format(exporting.write_3mf, holds=nothing),
+    ".las": Format(las.write_las, of_points=True, needs=las.library),
+    ".laz": Format(las.write_las, of_points=True, needs=las.library),
+    ".e57": Format(e57.write_e57, of_points=True, needs=e57.library),
+    ".glb": Format(exporting.write_glb, holds=exporting.is_glb_array, needs=exporting.needed),
+    ".3mf": Format(exporting.write_3mf, holds=nothing, needs=exporting.needed),
 }
 
 

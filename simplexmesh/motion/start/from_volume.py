@@ -56,7 +56,7 @@ def start_from_volume(
     filled = np.count_nonzero(cavities) / np.count_nonzero(native > 0)
     if filled >= LEAST_FILLED:
         name = "object" if label is None else "label"
-        warn(f"filled cavities inside of the {name}, {100 * filled:.2g} % of its samples: a model is an outer surface")
+        warn(f"filled cavities inside of the {name}, of {filled:.0%} of its volume: a model is an outer surface")
     native[cavities] = native.max()  # before a thin wall opens on other cells
     area = surface_area(body, volume.spacing)
     cell = _cell(volume, body, area, vertices)

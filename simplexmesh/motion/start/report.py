@@ -65,7 +65,7 @@ class StartReport:
         parts = [f"start of genus {self.genus}", f"{self.components} components" if self.components > 1 else ""]
         parts.append(f"from a grid of {' x '.join(map(str, self.grid))} cells of {self.cell:.3g}")
         parts.append(f"{self.tunnels_removed} small tunnels sealed" if self.tunnels_removed else "")
-        share = f" ({100 * self.share_dropped:.2g} % of the samples)" if self.share_dropped else ""
+        share = f" ({100 * self.share_dropped:.3g} % of the samples)" if self.share_dropped else ""
         parts.append(f"{self.components_dropped} smaller pieces left out{share}" if self.components_dropped else "")
         parts.append("the data is an open surface" if self.is_open else "")
         return ", ".join(part for part in parts if part)

@@ -205,6 +205,21 @@ def test_pyvista_brings_all_arrays():
     same(as_triangles(SURFACE.to_pyvista()), SURFACE)
 
 
+@pytest.mark.parametrize("line", ["mtllib", "mtllib a b.mtl", "mtllib a.mtl b.mtl", "usemtl my mat", "usemtl"])
+def test_obj_whatever_its_lines_of_materials(line, tmp_path):
+    SURFACE.with_data(intensity=None, label=None).save(tmp_path / "a.obj")
+    rows = (tmp_path / "a.obj").read_text().splitlines()
+    last = next(k for k, row in enumerate(rows) if row.startswith("f ")) + SURFACE.n_faces // 2
+    path = tmp_path / "b.obj"
+    path.write_text("\r\n".join([line, *rows[:last], line, "usemtl other", *rows[last:], ""]), newline="")
+    plain, found = sm.read(tmp_path / "a.obj"), sm.read(path)
+    assert_array_equal(found.faces, plain.faces)
+    assert found.unit == plain.unit
+    assert found.data.keys() == plain.data.keys() == {"colors", "uv"}
+    for name, values in plain.data.items():
+        assert_array_equal(found.data[name], values)
+
+
 def test_obj_with_seams_and_with_colors_of_some_vertices(tmp_path):
     corners = ["0 0 0 1 0 0", "1 0 0 0 1 0", "0 1 0 0 0 1", "0 0 1 0 0 0"]
     faces = "vt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\nf 1/2 2/3 4/1\n"

@@ -56,8 +56,7 @@ def read_e57(path: Path) -> Parts:
     `viewpoint` (n, 3), where its scanner was, if all scans have a pose.
     """
     check_e57(path)
-    with needed():
-        from pye57 import libe57
+    libe57 = library().libe57
     with complaints(f"{path.name} cannot be read as E57, it is truncated or damaged"):
         image = libe57.ImageFile(str(path), "r")
         try:
@@ -207,11 +206,17 @@ def _bytes(scan: Any, field: str, values: NDArray[Any]) -> NDArray[np.uint8]:
     return np.rint(255 * np.clip(share, 0, 1)).astype(np.uint8)
 
 
+def library() -> Any:
+    """Return pye57, or say how it is installed."""
+    with needed():
+        import pye57
+    return pye57
+
+
 def write_e57(path: Path, content: Polygons) -> None:
     """Write points in meters, in as many scans as the array `scan` counts, each with its `viewpoint` as its origin."""
     points, normals, data, unit = content.points, content.normals, content.data, content.unit
-    with needed():
-        import pye57
+    pye57 = library()
     factor = 1.0 if unit is None else NANOMETERS[unit] / NANOMETERS["m"]
     rest = {name: values for name, values in data.items() if name != "scan"}
     scans = [np.arange(len(points))]

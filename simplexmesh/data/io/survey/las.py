@@ -64,7 +64,7 @@ _WORDS = {"m": "metre", "ft": "foot", "in": "inch"}
 def read_las(path: Path) -> Parts:
     """Read a LAS or LAZ file; fields that have the same default for all points, as if never set, are left out."""
     check_las(path)
-    laspy = _library()
+    laspy = library()
     with complaints(f"{path.name} cannot be read as LAS, it is truncated or damaged"), laspy.open(path) as file:
         header = file.header
         _check_parts(path, header)
@@ -112,7 +112,8 @@ def _check_parts(path: Path, header: Any) -> None:
             raise OSError(f"{path.name} is a LAZ file with a damaged table of chunks")
 
 
-def _library() -> Any:
+def library() -> Any:
+    """Return laspy, or say how it is installed."""
     with needed():
         import laspy
         import lazrs  # noqa: F401  what laspy reads and writes LAZ with
@@ -144,7 +145,7 @@ def _meters(unit: str) -> float:
 def write_las(path: Path, content: Polygons) -> None:
     """Write points in the formats 6 or 7 of LAS 1.4, compressed if the name ends with .laz."""
     points, normals, data, unit = content.points, content.normals, content.data, content.unit
-    laspy = _library()
+    laspy = library()
     colored = "colors" in data and is_color(data["colors"])
     header = laspy.LasHeader(version="1.4", point_format=7 if colored else 6)
     header.generating_software = "simplexmesh"
