@@ -81,6 +81,7 @@ def test_starts_have_a_genus_that_lasts_or_tell_of_doubt(monkeypatch, holes, han
     values = plate(*holes)
     indicator = Indicator(Grid(np.array([1.0, 2.0, 3.0]), 0.5, values.shape), values)
     monkeypatch.setattr(from_points, "_indicator", lambda cloud, vertices: indicator)
+    monkeypatch.setattr(from_points, "screened", lambda indicator, points: indicator)  # which needs points of a surface
     cloud = PointCloud(indicator.grid.to_world(np.argwhere(values > 0)))
     start = from_points.start_from_points(cloud, 600)
     assert start.mesh.genus == start.report.genus == handles
