@@ -25,19 +25,8 @@ _KINDS = ("polygons", "image")
 WRITTEN = [
     *(f"{name}.{ending}" for name in _VTK for ending in ("vtp", "vti")),
     *(f"{name}-{version}-{kind}.vtk" for name in _KINDS for version in (42, 51) for kind in ("ASCII", "Binary")),
-    *(
-        "mesh.vtp",
-        "mesh.ply",
-        "mesh.obj",
-        "mesh.off",
-        "mesh.stl",
-        "mesh.glb",
-        "mesh.3mf",
-        "mesh.gii",
-        "text.stl",
-        "text.ply",
-    ),
-    *("cloud.vtp", "cloud.ply", "cloud.xyz", "cloud.csv", "text.pcd", "binary.pcd", "packed.pcd"),
+    *("mesh.vtp", "mesh.ply", "mesh.obj", "mesh.off", "mesh.stl", "mesh.glb", "mesh.3mf", "text.stl", "text.ply"),
+    *("cloud.vtp", "cloud.ply", "cloud.xyz", "cloud.csv", "text.pcd", "binary.pcd", "packed.pcd", "mesh.gii"),
     *("a.mha", "a.mhd", "a.nrrd", "a.nhdr", "a.nii", "a.nii.gz", "a.hdr", "a.tif", "a.dcm"),
     *("packed.mha", "packed.nrrd", "signature.npz", "models.sml"),
 ]
