@@ -46,6 +46,7 @@ _HOME = {
     "data.poses": ["read_poses"],
     "data.cutting.clipping": ["clipped"],
     "data.cutting.dividing": ["divided"],
+    "data.cutting.separating": ["separated"],
     "data.cutting.boolean": ["boolean"],
     # III  the motion
     "motion.model.deform": ["DeformableModel"],
@@ -134,6 +135,7 @@ if TYPE_CHECKING:  # the same list once more, for type checkers and editors; a t
     from simplexmesh.data.cutting.boolean import boolean as boolean
     from simplexmesh.data.cutting.clipping import clipped as clipped
     from simplexmesh.data.cutting.dividing import divided as divided
+    from simplexmesh.data.cutting.separating import separated as separated
     from simplexmesh.data.decimate import decimate as decimate
     from simplexmesh.data.io.reading import read as read
     from simplexmesh.data.io.reading import read_mesh as read_mesh

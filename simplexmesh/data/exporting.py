@@ -158,6 +158,8 @@ def read_gifti(path: Path) -> Any:
     try:
         if content.startswith(b"\x1f\x8b"):
             content = _unpacked(content, most, wbits=31)
+        if re.search(rb"Dimensionality\s*=\s*[\"'][^\"'>]{3}", content):
+            raise ValueError("more dimensions than nibabel counts in reasonable time")
         for text in re.split(rb"<Data\s*>", content)[1:]:
             with suppress(zlib.error, binascii.Error):  # of numbers as they are
                 _unpacked(base64.b64decode(text.partition(b"<")[0]), most)

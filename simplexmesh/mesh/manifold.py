@@ -42,7 +42,8 @@ def half_edge_mates(faces: Indices) -> Indices:
         on_edge = np.flatnonzero((faces == a).any(axis=1) & (faces == b).any(axis=1))
         raise TopologyError(
             f"at most two triangles may share an edge; the edge of corners {min(a, b)} and {max(a, b)} has "
-            f"{len(on_edge)}: {', '.join(map(str, on_edge[:4]))}{', ...' if len(on_edge) > 4 else ''}"
+            f"{len(on_edge)}: {', '.join(map(str, on_edge[:4]))}{', ...' if len(on_edge) > 4 else ''}; "
+            "sm.separated takes surfaces apart there"
         )
     return mates.reshape(-1, 3)
 

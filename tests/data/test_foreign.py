@@ -212,7 +212,8 @@ class TestGifti:
         self.made(heat=np.zeros(3_000_000)).to_filename(tmp_path / "b.gii")
         text = self.made(heat=np.zeros(300_000), encoding="GIFTI_ENCODING_ASCII").to_bytes()
         (tmp_path / "c.gii.gz").write_bytes(gzip.compress(text + b" " * 4_000_000))
-        for name in ("a.gii", "b.gii", "c.gii.gz"):
+        (tmp_path / "d.gii").write_bytes(whole.replace(b'Dimensionality="2"', b'Dimensionality="999999999999"'))
+        for name in ("a.gii", "b.gii", "c.gii.gz", "d.gii"):
             with pytest.raises(OSError, match=f"^{name} is damaged, or its arrays are in other files$"):
                 sm.read(tmp_path / name)
 

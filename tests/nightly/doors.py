@@ -112,6 +112,7 @@ DOORS: dict[str, Callable[[Any], Any]] = {
     "decimate": lambda x: sm.decimate(x, vertices=40),
     "simplify": lambda x: sm.simplify(x, 0.1),
     "divided": lambda x: sm.divided(x, 0.5),
+    "separated": sm.separated,
     "refine": lambda x: sm.refine(x, other().triangulated()),
     "regularize": sm.regularize,
     "open_holes": lambda x: sm.open_holes(x, other().triangulated()),

@@ -8,6 +8,7 @@ import numpy as np
 import plyfile
 import pyvista
 import SimpleITK as sitk
+from nibabel import gifti
 from vtkmodules.vtkIOLegacy import vtkDataSetWriter
 from vtkmodules.vtkIOXML import vtkXMLImageDataWriter, vtkXMLPolyDataWriter
 
@@ -25,7 +26,7 @@ WRITTEN = [
     *(f"{name}.{ending}" for name in _VTK for ending in ("vtp", "vti")),
     *(f"{name}-{version}-{kind}.vtk" for name in _KINDS for version in (42, 51) for kind in ("ASCII", "Binary")),
     *("mesh.vtp", "mesh.ply", "mesh.obj", "mesh.off", "mesh.stl", "mesh.glb", "mesh.3mf", "text.stl", "text.ply"),
-    *("cloud.vtp", "cloud.ply", "cloud.xyz", "cloud.csv", "text.pcd", "binary.pcd", "packed.pcd"),
+    *("cloud.vtp", "cloud.ply", "cloud.xyz", "cloud.csv", "text.pcd", "binary.pcd", "packed.pcd", "mesh.gii"),
     *("a.mha", "a.mhd", "a.nrrd", "a.nhdr", "a.nii", "a.nii.gz", "a.hdr", "a.tif", "a.dcm"),
     *("packed.mha", "packed.nrrd", "signature.npz", "models.sml"),
 ]
@@ -38,6 +39,9 @@ def write(folder: Path) -> list[Path]:
     triangles = ball.triangulated()
     for name in ("mesh.vtp", "mesh.ply", "mesh.obj", "mesh.off", "mesh.stl", "mesh.glb", "mesh.3mf"):
         (ball if name in ("mesh.vtp", "mesh.ply") else bare).save(folder / name)  # others hold no such array
+    table = (("POINTSET", triangles.vertices, "f4"), ("TRIANGLE", triangles.faces, "i4"))
+    arrays = [gifti.GiftiDataArray(values.astype(kind), f"NIFTI_INTENT_{name}") for name, values, kind in table]
+    gifti.GiftiImage(darrays=arrays).to_filename(folder / "mesh.gii")
     cloud = sm.PointCloud(ball.vertices, ball.normals)
     for name in ("cloud.vtp", "cloud.ply", "cloud.xyz"):
         cloud.save(folder / name)

@@ -13,18 +13,16 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
-from simplexmesh._base.errors import TopologyError, counted, warn
-from simplexmesh._base.named_arrays import taken
+from simplexmesh._base.errors import TopologyError, warn
 from simplexmesh._base.vectors import norm
 from simplexmesh.data.conversion import as_data, as_triangles
-from simplexmesh.data.cutting.dividing import halved_where_crowded
+from simplexmesh.data.cutting.separating import separated
 from simplexmesh.data.foreign import is_foreign
 from simplexmesh.data.points import PointCloud, cloud_of_vertices, warn_of_steps
 from simplexmesh.data.poses import read_poses, rigid
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
-from simplexmesh.mesh.triangles.separation import separated, without_repeated
 from simplexmesh.motion.reconstruct.inputs import Input, PointsInput, TrianglesInput, VolumeInput
 from simplexmesh.motion.targets.inward import without_inside_out
 from simplexmesh.motion.targets.isosurface import Isosurface
@@ -68,27 +66,10 @@ def as_input(
         try:
             item = item.oriented(outward=not walls)
         except TopologyError:
-            item = taken_apart(item, outward=not walls)
+            item = separated(item).oriented(outward=not walls)
         return TrianglesInput(without_inside_out(item) if walls else item, components)
     warn_of_steps(item.points)
     return PointsInput(with_consistent_normals(without_stray_points(item)), components)
-
-
-def taken_apart(surface: TriangleMesh, *, outward: bool) -> TriangleMesh:
-    """Return an oriented surface, with vertices of its own for each that touches another along an edge; warn of these.
-
-    Raises as `oriented` does, if there are none.
-    """
-    once = replace(surface, faces=without_repeated(surface.faces))
-    halved, crowded = halved_where_crowded(once)
-    if not crowded:
-        return surface.oriented(outward=outward)
-    faces, sources = separated(halved.vertices, halved.faces)
-    apart = replace(halved, vertices=halved.vertices[sources], faces=faces, data=taken(halved.data, sources))
-    out = apart.oriented(outward=outward)
-    where = counted(crowded, "edge has", "edges have")
-    warn(f"{where} more than two triangles: the surfaces that meet there were taken apart")
-    return out
 
 
 def check_for_no_volume(kind: str, level: float | None, label: int | None, inside: str) -> None:

@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 
 from simplexmesh._base import checks
+from simplexmesh._base.errors import TopologyError
 from simplexmesh.data.conversion import as_triangles
+from simplexmesh.data.cutting.separating import welded_at_borders
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh import manifold
 from simplexmesh.surface.features.lines.creases import DEFAULT_ANGLE, creases
@@ -72,8 +74,12 @@ def feature_lines(surface: Any, *, angle: float | None = None) -> FeatureNetwork
 
 
 def prepared(surface: Any) -> TriangleMesh:
-    """Return a surface's triangles, oriented, without duplicate positions and faces."""
-    mesh = as_triangles(surface, "surface").welded(report=False).oriented(outward=False)
+    """Return a surface's triangles, oriented, without duplicate faces and positions, but for bodies taken apart."""
+    given = as_triangles(surface, "surface")
+    try:
+        mesh = given.welded(report=False).oriented(outward=False)
+    except TopologyError:
+        mesh = welded_at_borders(given).oriented(outward=False)
     checks.size("surface", mesh.bounds)
     return mesh
 

@@ -18,6 +18,7 @@ from simplexmesh.mesh.triangles.topology import vertex_fans
 from simplexmesh.surface.features import _kernels_flips, _kernels_removal, _kernels_tolerance
 from simplexmesh.surface.features._kernels_removal import Order
 from simplexmesh.surface.features._kernels_tolerance import Change, Spheres, Triangulation
+from simplexmesh.surface.features.feature_lines import prepared
 
 FEW_REMOVED = 0.05
 """Of the vertices that are left: fewer in a round are not worth another."""
@@ -85,8 +86,7 @@ def simplify(surface: Any, tolerance: float | ArrayLike, *, longest: float | Non
     True
     """
     given = as_triangles(surface, "surface")
-    mesh = given.welded(report=False).oriented(outward=False)
-    checks.size("surface", mesh.bounds)
+    mesh = prepared(given)
     radii = _radii(tolerance, given.n_vertices, merged=mesh.n_vertices < given.n_vertices)[: mesh.n_vertices]
     limit = np.inf if longest is None else checks.number("longest", longest, 0.0, open_low=True)
     faces, mates, _ = manifold.matched(mesh.faces)
