@@ -16,6 +16,7 @@ from simplexmesh.surface.features.lines import creases
 from simplexmesh.surface.features.lines.edge_sets import Edges
 from simplexmesh.surface.features.lines.facets import measured
 from simplexmesh.surface.features.lines.normals import sampled
+from simplexmesh.surface.features.lines.residuals import residual_noise
 from tests.nightly.marks import nightly
 from tests.surface.features.sheets import folded, mean_edge, shaken, sheet
 
@@ -212,6 +213,20 @@ class TestNoise:
         place, told = RING.vertices[RING.faces].mean(axis=1)[:, axis], network._found.edges.facets.noise
         assert np.median(told[place > 0.1]) == pytest.approx(known, rel=0.25)
         assert np.median(told[place < -0.1]) < 0.35 * known
+
+    def test_is_that_of_vertices_beside_exact_planes_of_a_third_of_the_area(self):
+        ball, box = shaken(BALL, 0.05), pv.Cube(center=(5, 0, 0), x_length=1.2).triangulate().clean()
+        faces = np.concatenate([ball.faces, box.regular_faces + ball.n_vertices])
+        network = sm.feature_lines((np.concatenate([ball.vertices, box.points]), faces))
+        assert network.noise == pytest.approx(0.05 * mean_edge(BALL), rel=0.25)
+
+    @pytest.mark.parametrize("noise", [0.0, 0.02, 0.2])
+    def test_is_what_vertices_are_off_quadrics(self, noise):
+        """However much and whichever way edges bend."""
+        body = shaken(sheet(lambda x, y: 0.5 * x**2 - x * y - 0.3 * y**2), noise)
+        network = sm.feature_lines(body)
+        told = residual_noise(network._found.edges.facets)
+        assert told == pytest.approx(noise * mean_edge(body), rel=0.15, abs=1e-3 * mean_edge(body))
 
     def test_of_half_a_surface_is_no_crease_there(self):
         body = sm.divided(pv.Cube().triangulate().clean(), 0.06)

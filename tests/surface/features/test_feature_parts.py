@@ -124,6 +124,26 @@ def test_creases_of_simplified_scans_are_found(noise, kind):
     assert 0.7 < np.mean(zones) < 1.4
 
 
+@pytest.mark.parametrize("off", [0.05, 0.1])
+def test_bends_of_curved_faces_between_large_flat_ones_are_no_noise(off):
+    """As files of CAD have them: nothing on planes but what triangles need, and many irregular ones on balls."""
+    given = part("dome", "irregular")
+    network = sm.feature_lines(sm.simplify(given.mesh, off * given.edge))
+    assert network.noise < 1e-6 * given.edge
+    assert crease_score(paths(network), given).recall > 0.95
+
+
+@pytest.mark.parametrize("off", [0.02, 0.05])
+def test_facets_of_fillets_are_no_faces(off):
+    """A cylinder rounded above, in triangles of which none is surrounded by others in its plane."""
+    side = profile((0, 0), (1, 0), (1, 1), (0, 1), radii=[(2, 0.25)])
+    cap = Reference("cap", [("+", Solid(side, None, pose(axis=(1, 2, 3))))])
+    given = tessellated(cap, "irregular", cap.edge(6000))
+    network = sm.feature_lines(sm.simplify(given.mesh, off * given.edge))
+    assert [line.closed for line in network.lines] == [True]
+    assert crease_score(paths(network), given).recall > 0.95
+
+
 @pytest.mark.parametrize("kind", ["aligned", IRREGULAR])
 def test_creases_of_20_degrees_are_found_in_noise(kind):
     """That of the other edges is measured inside of smooth parts, not across their creases."""

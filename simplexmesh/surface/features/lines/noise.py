@@ -7,6 +7,7 @@ import numpy as np
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import cross, dot, norm
 from simplexmesh.surface.features.lines.facets import SIMPLIFIED, Facets
+from simplexmesh.surface.features.lines.residuals import residual_noise
 
 REGION = 2000
 """Most edges that tell the noise of a region, to about a tenth."""
@@ -21,6 +22,8 @@ def vertex_noise(facets: Facets) -> Array:
     The four corners at an inner edge, projected along the normal, have one affine relation. Where the surface is flat,
     the heights in that relation, with coefficients of unit length, have the deviation of a single vertex. The seventh
     of the edges that bends least tells it: creases and curvature bend the others more, and meshes of planes have none.
+    Where vertices are much nearer to smooth surfaces than the bends say, these are of tessellation. Then a seventh of
+    the area tells it as well, as large triangles of planes have none, however many small ones a fillet has.
     Rounded coordinates put many edges into one plane: there half of those tell that are off by less than the rounding.
 
     Regions may have more: there the quartile of the bends to that side which has less tells, as curvature has one side.
@@ -30,12 +33,7 @@ def vertex_noise(facets: Facets) -> Array:
     bends = _bends(facets, half)
     if len(bends) < TELLING and not _both_ways(bends):
         return np.zeros(n)
-    off, step = np.abs(bends), _step(facets.vertices)
-    noise = float(np.quantile(off, FEW)) / DEVIATION
-    largest = LARGEST * float(np.sqrt(facets.areas.mean()))
-    if step < largest and (off < step).any():
-        noise = max(noise, min(float(np.median(off[off < step])) / HALF_DEVIATION, step / np.sqrt(12)))
-    noise = noise if noise < largest else 0.0
+    noise, largest = _whole_noise(facets, sides, bends), LARGEST * float(np.sqrt(facets.areas.mean()))
     squares = np.full(len(half), noise**2)
     qualities = facets.qualities[sides].mean(axis=1)
     least = max(VARYING * noise, SMALLEST / LARGEST * largest)
@@ -45,6 +43,19 @@ def vertex_noise(facets: Facets) -> Array:
             squares[rows] = min(-low, high) ** 2
     total = np.bincount(sides.ravel(), np.repeat(squares, 2), n)
     return np.sqrt(total / np.maximum(np.bincount(sides.ravel(), minlength=n), 1))
+
+
+def _whole_noise(facets: Facets, sides: Indices, bends: Array) -> float:
+    """Return the noise of the whole surface, from the bends (e,) between triangles at the `sides` (e, 2) of edges."""
+    off, step, largest = np.abs(bends), _step(facets.vertices), LARGEST * float(np.sqrt(facets.areas.mean()))
+    noise, residual = float(np.quantile(off, FEW)) / DEVIATION, residual_noise(facets)
+    if residual < SHAPE * noise:
+        by_area = np.argsort(off)
+        areas = np.cumsum(facets.areas[sides].sum(axis=1)[by_area])
+        noise = min(noise, float(off[by_area[np.searchsorted(areas, FEW * areas[-1])]]) / DEVIATION)
+    if step < largest and (off < step).any():
+        noise = max(noise, min(float(np.median(off[off < step])) / HALF_DEVIATION, step / np.sqrt(12)))
+    return noise if noise < largest else 0.0
 
 
 def _bends(facets: Facets, half: Indices) -> Array:
@@ -102,6 +113,9 @@ TRIPLES = ((1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2))
 
 TELLING, LESSER = 100, 0.25
 """Edges that tell any in every case: of fewer, a share must bend to either side, else they are a body's own."""
+
+SHAPE = 0.5
+"""Of the bends: vertices nearer to smooth surfaces show that these are of tessellation, as noise moves both alike."""
 
 FEW, DEVIATION, HALF_DEVIATION = 0.15, 0.18912, 0.67449
 """A share, and the values below which so many and half of the absolute values of a standard normal distribution are."""

@@ -31,6 +31,9 @@ EXACT = 0.005
 FLAT = 1e-3
 """In radians: triangles of files in single precision are in one plane to that."""
 
+COARSE, STRIPS = 300, 0.5
+"""Triangles of coarse solids, and the share of them in one plane with others above which files are made of strips."""
+
 
 def sampled(vertices: Array, faces: Indices, mates: Indices) -> tuple[Facets, Array, Mask]:
     """Return facets with their noise, normals (t, 3) filtered of it, and whose are given ones (t,).
@@ -56,7 +59,7 @@ def _in_planes(facets: Facets, offsets: Indices, members: Indices) -> Mask:
     """Return which triangles (t,) are in one plane with those next to them, and so on to one whose whole patch is.
 
     Those in one plane with others also count where no such patch is near, unless a grid may have made them, and all
-    where none is at all, in meshes of few triangles without noise.
+    where none is at all, in meshes without noise of few triangles, or of strips: curved facets of others are no planes.
     """
     means, spreads = np.empty_like(facets.normals), np.empty(len(facets.normals))
     _kernels_normals.fill_means(offsets, members, facets.areas, facets.normals, means, spreads)
@@ -69,8 +72,9 @@ def _in_planes(facets: Facets, offsets: Indices, members: Indices) -> Mask:
     owner, near = np.repeat(np.arange(len(pure)), np.diff(offsets)), pure
     for _ in range(2):
         near = np.bincount(owner, near[members]) > 0
-    coarse = not pure.any() and float(facets.noise.mean()) < FLAT * float(facets.scales.mean())
     paired = np.zeros(len(pure), bool) if facets.uniform else np.bincount(labels)[labels] > 1
+    coarse = not pure.any() and float(facets.noise.mean()) < FLAT * float(facets.scales.mean())
+    coarse &= len(pure) < COARSE or bool(paired.mean() > STRIPS)
     alone: Mask = (paired | coarse) & ~near
     return alone | (np.bincount(labels, pure)[labels] > 0)
 
