@@ -59,8 +59,21 @@ class Even(NamedTuple):
 def even(tree: cKDTree) -> Even:
     """Return the points of a tree of which as many are left as are as dense along lines as across."""
     points = np.asarray(tree.data)
+    if len(few := without_piles(tree)) < len(points):
+        found = even(cKDTree(points[few]))
+        return Even(points, few[found.rows], found.tree)
     rows = thinned(points, steps(tree))
     return Even(points, rows, tree if len(rows) == len(points) else cKDTree(points[rows]))
+
+
+def without_piles(tree: cKDTree) -> Indices:
+    """Return the rows of points of which no more are at one place than in a leaf: in others a search takes all.
+
+    Leaves with more points are of one place, and hold them next to each other.
+    """
+    ordered = np.asarray(tree.data)[tree.indices]
+    piled = (ordered[tree.leafsize :] == ordered[: -tree.leafsize]).all(axis=1)
+    return np.sort(np.delete(tree.indices, tree.leafsize + np.flatnonzero(piled)))
 
 
 def thinned(points: Array, step: Indices) -> Indices:

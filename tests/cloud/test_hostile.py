@@ -23,6 +23,8 @@ def test_three_points_do_not_tell_a_kind():
 def test_kinds_are_names():
     with pytest.raises(TypeError, match=r"^kinds must be a sequence of names, not int"):
         sm.extract_primitives(np.random.default_rng(0).normal(size=(100, 3)), kinds=3)
+    with pytest.raises(ValueError, match=r"^kind must be one of 'plane', .*, not \['cylinder'\]$"):
+        sm.fit_primitive(pipe(), ["cylinder"])
 
 
 @pytest.mark.parametrize("progress", [3, "yes", None])

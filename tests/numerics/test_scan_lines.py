@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from simplexmesh.numerics.plane_fits import planes
-from simplexmesh.numerics.scan_lines import even, steps
+from simplexmesh.numerics.scan_lines import even, steps, without_piles
 
 
 def lines(gap, noise=0.0, *, up=False):
@@ -102,3 +102,16 @@ def test_points_that_beams_take_in_turn_are_as_those_of_one_beam_after_the_other
     points, at = np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=1), np.arange(x.size).reshape(x.shape)
     one_by_one, in_turn = (steps(cKDTree(points[rows.ravel()])) for rows in (at, at.T))
     assert (in_turn == one_by_one[at.T.ravel()]).mean() > 0.9
+
+
+def test_of_many_points_at_one_place_few_are_left():
+    """They are one leaf, which every search near them takes one by one."""
+    rng = np.random.default_rng(0)
+    points = np.concatenate([rng.normal(size=(2000, 3)), np.zeros((5000, 3)), np.full((7, 3), 3.0)])
+    tree = cKDTree(points, balanced_tree=False, compact_nodes=False)
+    rows = without_piles(tree)
+    assert len(rows) < 2100
+    assert np.isin([*range(2000), *range(7000, 7007)], rows).all()  # a leaf may hold seven
+    found = even(tree)
+    assert np.isin(found.rows, rows).all()
+    np.testing.assert_array_equal(found.tree.data, points[found.rows])

@@ -113,7 +113,7 @@ def fit_primitive(
     ('cylinder', 2.0)
     """
     known = {"axis": axis, "point": point, "radius": radius, "tube_radius": tube_radius, "half_angle": half_angle}
-    known |= _measured(kind, measures, known)
+    known |= _measured(checks.choice("kind", kind, [*KINDS, "any"]), measures, known)
     given = checked(kind, known, start, rows(points, normals, weights), robust=robust, noise=noise, rng=rng)
     cloud = cloud_of(given)
     found = _chosen(cloud, given) if kind == "any" else _wanted(kind, cloud, given)

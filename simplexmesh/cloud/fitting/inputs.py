@@ -94,7 +94,6 @@ def checked(
     kind: str, known: Known, start: Primitive | None, given: Rows, *, robust: bool, noise: float | None, rng: Any
 ) -> Given:
     """Return what is given to a fit, or say what is wrong with it."""
-    checks.choice("kind", kind, [*KINDS, "any"])
     if checks.flag("robust", robust) and given[2] is not None:
         raise ValueError("weights must not be given to a robust fit, which finds its own")
     known = _known(kind, known)

@@ -41,10 +41,10 @@ def follow_pipe(
 ) -> PipeLine:
     """Follow a pipe both ways from a picked point, through its bends and over shadows.
 
-    A cylinder is fitted to the 100 and then to the 400 points around the pick. With its radius, points
-    moved inward along their normals lie on the axis, of straights and bends alike: the axis is traced through them,
-    then cut into straights and the bends that join them, and all elements are fitted together as one surface, whose
-    straights and bends are tangent by construction.
+    Of the cylinders through the pick and pairs of the 100 points around it, or 200 or 400, that which most of these are
+    on, whatever else is beside it, is fitted again. With its radius, points moved inward along their normals lie on the
+    axis, of straights and bends alike: the axis is traced through them, then cut into straights and the bends that join
+    them, and all elements are fitted together as one surface, whose straights and bends are tangent by construction.
 
     Parameters
     ----------
@@ -171,7 +171,7 @@ def closed(track: Track, chain: Chain) -> Chain:
 def beside(around: Surroundings, chain: Chain, gap: float) -> Surroundings:
     """Return what is around a chain, and behind its ends as far as shadows are jumped over."""
     r = float(chain.radii.max())
-    past = (gap + NEAR) * r
+    past = min((gap + NEAR) * r, around.size)
     return around.cropped(chain.at(np.arange(-past, chain.stations[-1] + past, r))[0], NEAR * r)
 
 
@@ -229,6 +229,8 @@ def line_of(
     points = np.asarray(tree.data)
     at, distance = on_line(chain, tree, WITHIN * deviation)
     elements, owner = elements_of(chain, points[at], covariance, origin)
+    if not elements:
+        raise ValueError("pick must be on a pipe, but that which is there has no length")
     labels = np.full(len(points), -1)
     labels[at] = owner
     rms = float(np.sqrt((distance**2).mean())) if len(at) else float("nan")

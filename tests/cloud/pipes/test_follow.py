@@ -8,10 +8,11 @@ import json
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 import simplexmesh as sm
-from simplexmesh.cloud.pipes import refining
+from simplexmesh.cloud.pipes import follow, refining
 from simplexmesh.cloud.pipes.chain import Chain, chain_of
 from simplexmesh.cloud.pipes.tracing.segmenting import segmented
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
@@ -470,3 +471,19 @@ def test_a_narrow_view_among_strays_is_followed():
     line = pipe_line(806, view=View(noise=0.005, outliers=0.3, around=120, gaps=3), count=25_000)
     found = sm.follow_pipe(line.points, line.points[line.picks[0]])
     assert line_score(found.elements, line).recall == 1
+
+
+def test_shadows_are_no_longer_than_the_cloud(monkeypatch):
+    places = []
+    cropped = Surroundings.cropped
+    monkeypatch.setattr(Surroundings, "cropped", lambda *args: places.append(len(args[1])) or cropped(*args))
+    line = random_line(0, bends=1)
+    sm.follow_pipe(line.points, line.pick, gap=1e5)
+    assert max(places) < 1000
+
+
+def test_a_line_without_elements_is_refused():
+    points = np.random.default_rng(0).normal(size=(100, 3))
+    chain = chain_of([[0, 0, 0], [1e-9, 0, 0]], [], 1.0)
+    with pytest.raises(ValueError, match=r"^pick must be on a pipe, but that which is there has no length$"):
+        follow.line_of(cKDTree(points), np.zeros(3), chain, np.eye(chain.n_parameters), 0.1, ("end", "end"))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import cast
+from itertools import chain
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -12,22 +12,18 @@ from scipy.spatial import cKDTree
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.cloud.extraction.patches import refined
-from simplexmesh.cloud.fitting import starts
 from simplexmesh.cloud.pipes.tolerances import BAND, FACING, FEWEST, NEAR, SHORT
 from simplexmesh.cloud.pipes.tracing._kernels_tracing import STEP
+from simplexmesh.cloud.pipes.tracing.hypotheses import hypotheses, noise_at
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import Track, settled, traced
 from simplexmesh.data.primitives import Cylinder
-from simplexmesh.numerics.plane_fits import planes
 
-SIZES = (FEWEST, 4 * FEWEST)
-"""Points of the neighborhoods that cylinders are fitted to: larger ones where small ones are in the noise."""
+ON, FAR_OFF = 0.2, 2
+"""Distance of the pick from the surface, at most, in radii, and in deviations that other points have at most."""
 
-FLAT = 100.0
-"""Radius over that of a neighborhood from which it is flat: its cylinder would be looked for in the whole cloud."""
-
-ON = 0.2
-"""Distance in radii of the pick from the surface, at most."""
+ANY = (0.0, np.inf)
+"""Limits of any radius, and what is tried to tell which one it is if it is not that which is asked for."""
 
 
 @dataclass(frozen=True)
@@ -53,8 +49,8 @@ class Beginning:
 def beginning(tree: cKDTree, place: Array, limits: tuple[float, float], gap: float, noise: float = np.inf) -> Beginning:
     """Return the beginning at a picked place with a radius within limits, or say why there is none.
 
-    Of neighborhoods of several sizes the first of a long axis, or that of the longest: crosswise, or in a flat, points
-    gather along no more than a diameter.
+    Of cylinders from neighborhoods of several sizes the first of a long axis, or that of the longest: crosswise, or in
+    a flat, points gather along no more than a diameter.
     """
     points = np.asarray(tree.data)
     distance, nearest = tree.query(np.clip(place, -1e100, 1e100))  # of what is farther the square overflows
@@ -63,12 +59,9 @@ def beginning(tree: cKDTree, place: Array, limits: tuple[float, float], gap: flo
         apart = "which all have one position" if size == 0 else f"whose neighborhood of {FEWEST} is {size:.3g} wide"
         raise ValueError(f"pick must be on the cloud: its nearest point, {apart}, is {distance:.3g} away")
     begun, refused = [], "pick must be on a pipe, but no cylinder fits the points around it"
-    for count in SIZES:
-        away, near = tree.query(points[nearest], k=[*range(1, min(count, len(points)) + 1)])
-        cylinder = free_cylinder(points[near])
-        if cylinder is None or cylinder.radius > FLAT * away[-1]:
-            continue
-        found = _confirmed(tree, points[nearest], cylinder, noise)
+    here = noise_at(tree, points[nearest]) if noise == np.inf else noise
+    for cylinder in chain.from_iterable(hypotheses(tree, points[nearest], each, here) for each in (limits, ANY)):
+        found = _confirmed(tree, points[nearest], cylinder, here)
         if found is None:
             continue
         if limits[0] * 0.9 <= found.radius <= limits[1] * 1.1:
@@ -100,7 +93,7 @@ def _confirmed(tree: cKDTree, place: Array, cylinder: Cylinder, noise: float) ->
         if not 0.5 < cylinder.radius / around.radius < 2:
             return None
     off = abs(float(cylinder.distance(place[None])[0]))
-    if off > ON * cylinder.radius or not _is_peaked(around, cylinder, place):
+    if off > min(ON * cylinder.radius, FAR_OFF * around.most_deviation) or not _is_peaked(around, cylinder, place):
         return None
     return cylinder.centered(place[None])
 
@@ -125,9 +118,3 @@ def _refitted(around: Surroundings, cylinder: Cylinder) -> Cylinder:
             return cylinder
         cylinder = refined(cylinder, around.points[at], scale * cylinder.radius)
     return cylinder
-
-
-def free_cylinder(points: Array) -> Cylinder | None:
-    """Return the cylinder fitted to points (n, 3) that lie on one, from their normals' plane; None of a flat."""
-    found = starts.start("cylinder", points, planes(points).normals)
-    return None if found is None else cast(Cylinder, refined(found, points))

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices
+from simplexmesh._base.vectors import norm
 from simplexmesh.numerics.plane_fits import fitted
 
 CELLS = 8
@@ -46,6 +47,11 @@ class Surroundings:
     def tree(self) -> cKDTree:
         """Of the points."""
         return cKDTree(self.points, balanced_tree=False, compact_nodes=False)
+
+    @cached_property
+    def size(self) -> float:
+        """Length of the box of the points, from corner to corner."""
+        return float(norm(np.ptp(self.points, axis=0)))
 
     def cropped(self, places: Array, reach: float) -> Surroundings:
         """Return what is within reach of some of the places."""
