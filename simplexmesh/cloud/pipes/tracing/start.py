@@ -60,7 +60,8 @@ def beginning(tree: cKDTree, place: Array, limits: tuple[float, float], gap: flo
         raise ValueError(f"pick must be on the cloud: its nearest point, {apart}, is {distance:.3g} away")
     begun, refused = [], "pick must be on a pipe, but no cylinder fits the points around it"
     here = noise_at(tree, points[nearest]) if noise == np.inf else noise
-    for cylinder in chain.from_iterable(hypotheses(tree, points[nearest], each, here) for each in (limits, ANY)):
+    tried = (hypotheses(tree, points[nearest], each, here) for each in dict.fromkeys((limits, ANY)))
+    for cylinder in chain.from_iterable(tried):
         found = _confirmed(tree, points[nearest], cylinder, here)
         if found is None:
             continue
