@@ -50,15 +50,16 @@ def start_from_points(
 ) -> Start:
     """Return a closed mesh near points of a surface; tunnels narrower than given are sealed, cavities unless wanted.
 
-    Screening keeps thin limbs, but where noise is wider than cells only the smooth indicator tells the genus.
+    Screening keeps thin limbs. Where its genus is in doubt, as where noise is wider than cells, the smooth indicator is
+    taken if its own is not; the doubt is told if the two differ.
     """
     smooth = _indicator(cloud, vertices)
     cut = partial(_cut, cloud=cloud, vertices=vertices, components=components, tunnels=tunnels, cavities=cavities)
     start = cut(screened(smooth, cloud.points))
-    if start.report.doubtful:
-        other = cut(smooth)
-        return start if other.report.doubtful else other
-    return start
+    if not start.report.doubtful or (other := cut(smooth)).report.doubtful:
+        return start
+    doubtful = start.report.doubtful if other.report.genus != start.report.genus else ()
+    return replace(other, report=replace(other.report, doubtful=doubtful))
 
 
 def _cut(

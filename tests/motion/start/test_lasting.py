@@ -86,3 +86,17 @@ def test_starts_have_a_genus_that_lasts_or_tell_of_doubt(monkeypatch, holes, han
     start = from_points.start_from_points(cloud, 600)
     assert start.mesh.genus == start.report.genus == handles
     np.testing.assert_allclose(sorted(x for x, _, _ in start.report.doubtful), places, atol=0.5)
+
+
+@pytest.mark.parametrize(("handles", "doubtful"), [(1, 3), (2, 0)])
+def test_what_is_in_doubt_by_screening_alone_is_told_where_the_genus_differs(monkeypatch, handles, doubtful):
+    through = [-0.4] * handles + [0.4] * (4 - handles)
+    smooth, near = (
+        Indicator(Grid(np.zeros(3), 1.0, values.shape), values)
+        for values in (plate(*through), plate(-0.02, 0.4, -0.01, 0.03))
+    )
+    monkeypatch.setattr(from_points, "_indicator", lambda cloud, vertices: smooth)
+    monkeypatch.setattr(from_points, "screened", lambda indicator, points: near)
+    start = from_points.start_from_points(PointCloud(np.argwhere(smooth.values > 0).astype(float)), 600)
+    assert start.mesh.genus == start.report.genus == handles
+    assert len(start.report.doubtful) == doubtful
