@@ -203,7 +203,7 @@ def test_sharp_rims_among_many_rounds_are_creases(seed):
     corners = [ball.translate([x, y, z]) for x in (-0.9, 0.9) for y in (-0.5, 0.5) for z in (0.0, 0.4)]
     block = manifold3d.Manifold.batch_hull(corners)
     part = (block + manifold3d.Manifold.cylinder(0.5, 0.3, 0.3, 96).translate([0, 0, 0.3])).to_mesh()
-    points = sm.TriangleMesh(part.vert_properties[:, :3], part.tri_verts).sampled(10_000, rng=seed).points
+    points = sm.TriangleMesh(part.vert_properties[:, :3], part.tri_verts).sampled(25_000, rng=seed).points
     rims = sorted(sm.reconstruct(points, vertices=2000).creases, key=lambda line: line.points[0, 2])
     assert [line.closed for line in rims] == [True, True]
     for rim, height in zip(rims, (0.48, 0.8), strict=True):
