@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import warnings
+from collections.abc import Sequence
 from typing import Any
 
 
@@ -32,6 +33,11 @@ class SimplexMeshWarning(UserWarning):
 def counted(count: int, singular: str, plural: str) -> str:
     """Return a number with its noun in singular or plural, for messages."""
     return f"{count:,} {singular if count == 1 else plural}"
+
+
+def place(point: Sequence[float]) -> str:
+    """Return a place as text, digits enough for coordinates far from the origin."""
+    return f"({', '.join(f'{value:.7g}' for value in point)})"
 
 
 def warn(message: str) -> None:

@@ -10,8 +10,9 @@ from simplexmesh._base.progress import Progress, reporting
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.reconstruct.changes import change_topology, redistribute, refine_and_fit
 from simplexmesh.motion.reconstruct.conversion import as_input
-from simplexmesh.motion.reconstruct.measure import measure, restore
+from simplexmesh.motion.reconstruct.measure import measure
 from simplexmesh.motion.reconstruct.options import Choice, Options
+from simplexmesh.motion.reconstruct.restore import restore
 from simplexmesh.motion.reconstruct.result import Reconstruction
 from simplexmesh.motion.reconstruct.run import Run, finish, settle, started
 from simplexmesh.motion.reconstruct.sharpen import along_edges, sharpen

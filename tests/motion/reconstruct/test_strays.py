@@ -15,8 +15,8 @@ from scipy.spatial import cKDTree
 import simplexmesh as sm
 from simplexmesh.motion.model.state import mean_edge
 from simplexmesh.motion.model.untangle import Tangles, with_membrane
-from simplexmesh.motion.reconstruct import measure, pipeline
-from simplexmesh.motion.reconstruct.measure import Strays, restored
+from simplexmesh.motion.reconstruct import pipeline, restore
+from simplexmesh.motion.reconstruct.restore import Strays, restored
 from simplexmesh.motion.topology.face_regions import dilated
 
 START = sm.sphere(16)
@@ -85,9 +85,9 @@ def test_points_are_left_that_the_start_was_near_to():
 def test_left_points_are_told_with_a_place():
     points, lost = np.arange(600.0).reshape(200, 3), np.zeros(200, bool)
     lost[[7, 9]] = True
-    assert measure.lost_message(points, lost) == ""
+    assert restore.lost_message(points, lost) == ""
     lost[11] = True
-    assert measure.lost_message(points, lost).startswith(
+    assert restore.lost_message(points, lost).startswith(
         "the model strayed from 2% of the data, as near (21, 22, 23), "
     )
 
@@ -140,7 +140,7 @@ def spoiled(monkeypatch):
 @pytest.mark.filterwarnings("ignore")  # of others
 @pytest.mark.usefixtures("spoiled")
 def test_data_that_a_model_strayed_from_is_told(monkeypatch):
-    monkeypatch.setattr(measure, "restored", lambda tangles, strays, target: tangles)
+    monkeypatch.setattr(restore, "restored", lambda tangles, strays, target: tangles)
     with pytest.warns(sm.SimplexMeshWarning, match="the model strayed from [2-9]% of the data, as near"):
         assert sm.reconstruct(POINTS[::4], vertices=1500).strayed > 20
 
