@@ -168,18 +168,12 @@ def _place(text: str) -> list[float]:
 
 def _write(found: Any, targets: dict[str, Path], labeled: Any) -> None:
     """Write what was found: parameters, a table, surfaces, and the points with their labels."""
-    from simplexmesh.data.conversion import as_triangles
-
     surface = found.to_pyvista() if "--mesh" in targets else None
     if surface is not None and not surface.n_cells:
         raise ValueError("nothing was found of which --mesh could write the surface")
     for option, target in targets.items():
         with report.written_to(target, "the file"):
-            told = target.suffix.lower() == ".vtp" and hasattr(found, "primitives")  # which one each triangle is of
-            if option == "--mesh" and not told:
-                as_triangles(surface).save(target)
-            else:
-                (labeled if option == "--labeled" else found).save(target)
+            (labeled if option == "--labeled" else found).save(target)
 
 
 def _sizes(shape: dict[str, Any]) -> str:

@@ -34,6 +34,10 @@ BETTER = 0.02
 """... and its least share, as the noise is not known exactly."""
 
 
+FLAT = 0.5
+"""Deviation, in that of the noise, of the feet of points from a plane below which none is told from it: that of an arc
+is 0.3 of its height, so its height is less than the band of one deviation on both sides."""
+
 UNEVEN = 1.25
 """Noise shown by points within three deviations, in these, above which their noise is larger than it was taken for."""
 
@@ -103,7 +107,28 @@ def grown(
                 best = each
         if best.evidence < before.evidence * (1 + BETTER / 2) + 1:
             break
-    return best
+    return flattened(work, best, free) if is_flat(work, best) else best
+
+
+def is_flat(work: Working, found: Grown) -> bool:
+    """Return whether a primitive that is no plane bends less over its points than their noise.
+
+    Least squares of a plate are of a wide cylinder, however many points there are, where sides are seen at its edges.
+    """
+    some = found.members[:: -(-len(found.members) // FITTED)]
+    if found.primitive.kind == "plane" or found.noise > work.noise or len(some) < LEAST:
+        return False
+    feet = found.primitive.projected(work.points[some])
+    return bool(np.linalg.eigvalsh(np.cov(feet.T))[0] < (FLAT * work.noise) ** 2)
+
+
+def flattened(work: Working, found: Grown, free: Mask) -> Grown:
+    """Return the plane of what is flat."""
+    points, normals = work.points[found.members], work.normals[found.members]
+    plane = fit("plane", points, normals)
+    if plane is None:
+        return found
+    return grown_once(work, refined(plane, points, WITHIN * work.noise), free, found.members)
 
 
 def margin(work: Working, one: Grown, other: Grown) -> float:

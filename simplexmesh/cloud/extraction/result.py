@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +15,8 @@ from simplexmesh._base.drafts import draft
 from simplexmesh._base.html import card
 from simplexmesh.cloud import step
 from simplexmesh.cloud.fitting.selection import SURFACES
+from simplexmesh.cloud.mesh_path import mesh_path
+from simplexmesh.data.conversion import as_triangles
 from simplexmesh.data.json_text import json_text
 from simplexmesh.data.points import PointCloud
 from simplexmesh.data.primitives import Primitive
@@ -118,7 +120,8 @@ class Extraction:
     def save(self, path: str | Path) -> None:
         """Write the primitives: parameters, fits and labels as .json, meshes as .vtp, exact surfaces as .step or .stp.
 
-        STEP files need the extra `step`. They are in the cloud's unit, or say mm if that is not known.
+        STEP files need the extra `step`. They are in the cloud's unit, or say mm if that is not known. Other files of
+        meshes, as .ply or .glb, have the triangles alone.
 
         Raises
         ------
@@ -136,8 +139,11 @@ class Extraction:
         """
         path = checks.path("path", path)
         suffix = path.suffix.lower()
-        if suffix not in (".vtp", ".json", *step.ENDINGS):
-            raise ValueError(f"path must end in .json, .vtp, .step or .stp, not {path.name!r}")
+        own = (".json", ".vtp", *step.ENDINGS)
+        if suffix not in own:
+            mesh_path(path, own)
+            replace(as_triangles(self.to_pyvista()), unit=self.cloud.unit).save(path)
+            return
         with draft(path) as place:
             if suffix == ".vtp":
                 self.to_pyvista().save(place)

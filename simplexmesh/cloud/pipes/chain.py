@@ -23,6 +23,9 @@ MOST_ANGLE = np.radians(170)
 SHORTEST = 1e-6
 """Length of a straight, in radii, that is none."""
 
+TIGHT = 1.1
+"""Radius in radii of the pipe below which a bend may be a corner: where it is 1, narrower ones are not fitted."""
+
 LEAST_CHANGE = 1e-4
 """Length of a change of the radius, in radii, at least: more than what its derivatives are differences over."""
 
@@ -312,6 +315,11 @@ class Chain:
     def are_short(self) -> Mask:
         """(m - 2,) whether there was no room for a bend as wide as the pipe."""
         return self.bend_radii < (1 - SHORTEST) * self._least_bends
+
+    @property
+    def are_tight(self) -> Mask:
+        """(m - 2,) whether bends are hardly wider than the pipe, or less."""
+        return self.bend_radii < TIGHT * self._least_bends
 
     def begun(self, share: float) -> Chain:
         """Return a closed chain that begins at a share of the way from its last corner to its first one."""

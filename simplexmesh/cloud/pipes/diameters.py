@@ -123,11 +123,13 @@ def is_joint(around: Surroundings, chain: Chain, deviation: float, k: int, betwe
 
 
 def joined(one: Chain, other: Chain) -> Chain | None:
-    """Return two chains as one whose radius changes where they meet; None if no reducer joins the axes there."""
+    """Return two chains as one whose radius changes where they meet; None if it does not, or no reducer joins them."""
     u, v = one.directions[-1], other.directions[0]
     base, r, after = one.corners[-2], float(one.radii[-1]), float(other.radii[0])
     across = cross(u, cross(other.corners[0] - one.corners[-1], u))
     eccentric = norm(across) > COAXIAL * min(r, after)
+    if abs(after / r - 1) < ALIKE / 2:  # what began as another pipe was traced back to this one
+        return None
     if norm(cross(u, v)) > np.sin(PARALLEL) or u @ v < 0 or (eccentric and not _may_join(r, after, norm(across))):
         return None
     j = len(one.lengths) - 1

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from simplexmesh._base.arrays import Array
+from simplexmesh._base.arrays import Array, Mask
 from simplexmesh._base.vectors import dot, norm, normalized, tangents
 from simplexmesh.cloud.fitting.refine import WITHIN
-from simplexmesh.cloud.pipes.chain import MOST_ANGLE, Chain
+from simplexmesh.cloud.pipes.chain import MOST_ANGLE, Chain, Feet
 from simplexmesh.cloud.pipes.line import PipeLine
 from simplexmesh.cloud.pipes.refining import LOOSE, SUPERFLUOUS, cheaper, near_surface
-from simplexmesh.cloud.pipes.tolerances import BAND, SHORT
+from simplexmesh.cloud.pipes.tolerances import BAND, SHORT, SLIGHT
 from simplexmesh.cloud.pipes.tracing._kernels_tracing import STEP
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 
@@ -22,6 +22,9 @@ LAST_BENDS = np.geomspace(0.3, 3.0, 8)
 
 SHORT_END = 5.0
 """Length in radii of a last bend and what is behind it, at most, that may be none."""
+
+LESS = 0.7
+"""Share of the points near a part of a pipe that are on it, in that of others, below which it is not of the pipe."""
 
 BEYOND = 2
 """Points beyond an end, which may be strays."""
@@ -43,7 +46,8 @@ def with_ends(around: Surroundings, chain: Chain, deviation: float, *, bends: bo
     """
     for _ in range(2):
         chain = _with_last_bend(around, chain, deviation) if bends else chain
-        chain = reversed_chain(_ended(around, _without_stub(around, chain), deviation))
+        chain = _without_false_bend(around, _without_stub(around, chain), deviation)
+        chain = reversed_chain(_ended(around, chain, deviation))
     return chain
 
 
@@ -66,15 +70,42 @@ def without_last_bend(chain: Chain) -> Chain | None:
     return replace(chain, corners=corners, bend_radii=chain.bend_radii[:-1])
 
 
-def without_short_bends(chain: Chain, place: Array) -> Chain:
-    """Return the part of an open chain about a place near its axis, up to bends that its pipe is too wide for."""
+def without_bends(chain: Chain, which: Mask, place: Array) -> Chain:
+    """Return the part of an open chain about a place near its axis, up to some of its bends (m - 2,)."""
     j, last = int(chain.feet(place[None]).piece[0] + 1) // 2, len(chain.lengths) - 1
-    bends = np.arange(last)[chain.are_short]
+    bends = np.arange(last)[which]
     first, last = max(bends[bends < j] + 1, default=0), min(bends[bends >= j], default=last)
     segments = chain.changes[:, 0]
     kept, before = (segments >= first) & (segments <= last), int((segments < first).sum())
     radii, changes = chain.radii[before : before + kept.sum() + 1], chain.changes[kept] - np.array([first, 0.0, 0.0])
     return Chain(chain.corners[first : last + 2], chain.bend_radii[first:last], radii, changes, chain.offsets[kept])
+
+
+def _without_false_bend(around: Surroundings, chain: Chain, deviation: float) -> Chain:
+    """Return a chain without its last bend if the points behind it are less on it, as those of a hopper or a head."""
+    shorter = without_last_bend(chain)
+    if shorter is None:
+        return chain
+    feet = chain.feet(around.points)
+    start, end = chain.stations[-3], chain.stations[-1]
+    false = share_on(feet, start, end, deviation) < LESS * share_on(feet, 0.0, start, deviation)
+    return shorter if false else chain
+
+
+def share_on(feet: Feet, start: float, end: float, deviation: float) -> float:
+    """Return which share of the points near a part of a chain are on it: within two deviations."""
+    part = (feet.station > start) & (feet.station < end) & (np.abs(feet.distance) < BAND * feet.radius)
+    return float((np.abs(feet.distance[part]) < 2 * deviation).mean()) if part.any() else 1.0
+
+
+def are_corners(around: Surroundings, chain: Chain, deviation: float) -> Mask:
+    """Return which bends (m - 2,) are none: without room, or tight ones whose points are less on them than others."""
+    feet, out = chain.feet(around.points), chain.are_short.copy()
+    least = LESS * share_on(feet, 0.0, chain.stations[-1], deviation)
+    for k in np.flatnonzero(chain.are_tight & (chain.angles > SLIGHT)):
+        start, end = chain.stations[2 * k + 1 : 2 * k + 3]
+        out[k] |= share_on(feet, start, end, deviation) < least
+    return out
 
 
 def _ended(around: Surroundings, chain: Chain, deviation: float) -> Chain:

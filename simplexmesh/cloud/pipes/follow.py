@@ -20,7 +20,14 @@ from simplexmesh.cloud.given_cloud import given_cloud
 from simplexmesh.cloud.pipes.chain import Chain
 from simplexmesh.cloud.pipes.diameters import is_joint, joined, next_beside, next_radius
 from simplexmesh.cloud.pipes.elements import elements_of
-from simplexmesh.cloud.pipes.ends import reversed_chain, with_ends, with_stops, without_last_bend, without_short_bends
+from simplexmesh.cloud.pipes.ends import (
+    are_corners,
+    reversed_chain,
+    with_ends,
+    with_stops,
+    without_bends,
+    without_last_bend,
+)
 from simplexmesh.cloud.pipes.line import PipeLine
 from simplexmesh.cloud.pipes.refining import covariance_of, held, near_surface, off_axis, refined, simplified
 from simplexmesh.cloud.pipes.tolerances import BAND, NEAR
@@ -137,11 +144,12 @@ def followed(found: Beginning) -> tuple[Chain, Array, float, tuple[str, str]]:
         ended = chain.begun(chain.reaches[-1] / norm(chain.corners[1] - chain.corners[-2]))
     else:
         ended = with_ends(near, chain, deviation, bends=True)
-    crossed = bool(ended.are_short.any()) and not ended.closed  # by another pipe
-    if crossed:
-        ended = without_short_bends(ended, found.point)
-    if crossed or len(ended.bend_radii) != len(chain.bend_radii):
+    if len(ended.bend_radii) != len(chain.bend_radii):
         ended, deviation = refined(near, ended)
+        ended = with_ends(near, ended, deviation)
+    corners = are_corners(near, ended, deviation)
+    if corners.any() and not ended.closed:
+        ended, deviation = refined(near, without_bends(ended, corners, found.point))
         ended = with_ends(near, ended, deviation)
     points = near.points[near_surface(near, ended, max(BAND * around.radius / 3, 3 * deviation))]
     return ended, covariance_of(ended, points, WITHIN * deviation, held(near, ended)), deviation, stops

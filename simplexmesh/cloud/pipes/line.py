@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices
+from simplexmesh.cloud.mesh_path import mesh_path
 from simplexmesh.cloud.pipes import saving, tube
 from simplexmesh.cloud.pipes.chain import Chain
 from simplexmesh.data.primitives import Primitive
@@ -126,7 +128,7 @@ class Pipes:
         parts = [tube.swept(line.chain, edge) for line in self.lines]
         starts = np.cumsum([0, *(len(vertices) for vertices, _ in parts[:-1])])
         faces = np.concatenate([faces + start for (_, faces), start in zip(parts, starts, strict=True)])
-        return TriangleMesh(np.concatenate([vertices for vertices, _ in parts]), faces)
+        return TriangleMesh(np.concatenate([vertices for vertices, _ in parts]), faces, unit=self.unit)
 
     def mesh(self, edge: float | None = None) -> SimplexMesh:
         """Return the tubes as a simplex mesh, ready to be deformed, closed where lines are."""
@@ -143,9 +145,14 @@ class Pipes:
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the elements: all that is known of them as .json, a bill of materials as .csv, solids as .step or .stp.
 
-        STEP files need the extra `step`. They are in the cloud's unit, or say mm if that is not known.
+        STEP files need the extra `step`. They are in the cloud's unit, or say mm if that is not known. The tubes in
+        triangles are written as meshes are, as .vtp, .ply or .glb.
         """
-        saving.save(self.lines, self.tees, self.unit, path)
+        file = checks.path("path", path)
+        if file.suffix.lower() in saving.ENDINGS:
+            saving.save(self.lines, self.tees, self.unit, file)
+        else:
+            self.triangulated().save(mesh_path(file, saving.ENDINGS))
 
 
 @dataclass(frozen=True, eq=False, repr=False)

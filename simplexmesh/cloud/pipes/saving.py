@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import csv
 import io
-import os
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from simplexmesh._base import checks
 from simplexmesh._base.drafts import draft
 from simplexmesh.cloud import step
 from simplexmesh.data.json_text import json_text
@@ -26,16 +25,14 @@ COLUMNS = (
 )
 """Of the bill of materials."""
 
+ENDINGS = (".json", ".csv", *step.ENDINGS)
+"""Of files of elements; those of meshes have the tubes."""
 
-def save(
-    lines: Sequence[PipeLine], tees: Sequence[PipeElement], unit: str | None, path: str | os.PathLike[str]
-) -> None:
+
+def save(lines: Sequence[PipeLine], tees: Sequence[PipeElement], unit: str | None, path: Path) -> None:
     """Write lines and the tees between them as JSON, as a table or as solids, by the ending of the path."""
-    file = checks.path("path", path)
-    ending = file.suffix.lower()
-    if ending not in (".json", ".csv", *step.ENDINGS):
-        raise ValueError(f"path must end in .json, .csv, .step or .stp, not {file.name!r}")
-    with draft(file) as place:
+    ending = path.suffix.lower()
+    with draft(path) as place:
         if ending == ".json":
             place.write_text(json_text(described(lines, tees, unit)) + "\n", encoding="utf-8")
         elif ending == ".csv":

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import pyvista as pv
+from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
 import simplexmesh as sm
@@ -179,8 +181,17 @@ def test_files_hold_what_was_found(tmp_path, found):
     assert set(mesh.cell_data["primitive"]) == set(range(len(found)))
     text = (tmp_path / "shapes.json").read_text()
     assert "NaN" not in text
-    with pytest.raises(ValueError, match=r"must end in \.json, \.vtp, \.step or \.stp"):
+    with pytest.raises(ValueError, match=r"must end in one of \.json, \.vtp, \.step, \.stp, \.ply, .*not 'shapes.txt'"):
         found.save(tmp_path / "shapes.txt")
+
+
+@pytest.mark.parametrize("unit", ["mm", None])
+def test_files_of_meshes_have_the_triangles_in_their_unit(tmp_path, found, unit):
+    known = replace(found, cloud=replace(found.cloud, unit=unit))
+    bounds = np.reshape(found.to_pyvista().bounds, (3, 2)).T
+    for name, scale in (("shapes.ply", 1), ("shapes.glb", 1 / 1000 if unit else 1)):
+        known.save(tmp_path / name)
+        assert_allclose(sm.read(tmp_path / name).bounds, scale * bounds, rtol=1e-5)
 
 
 def test_shown_as_text_and_table(found):

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from simplexmesh.cloud.pipes import refining
 from simplexmesh.cloud.pipes.chain import Chain, chain_of
 from simplexmesh.cloud.pipes.elements import elements_of
-from simplexmesh.cloud.pipes.ends import reversed_chain, without_short_bends
+from simplexmesh.cloud.pipes.ends import reversed_chain, without_bends
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tube import swept
 from simplexmesh.data.triangles import TriangleMesh
@@ -174,13 +174,13 @@ def test_the_part_between_short_bends_is_the_same_surface():
     corners = np.array([[0, 0, 0], [10, 0, 0], [10, 10, 0], [20, 10, 0], [20, 20, 0.0]])
     changes = np.array([[0, 3.0, 4.0], [2, 4.0, 5.0], [3, 4.0, 5.0]])
     whole = Chain(corners, np.array([0.6, 3.0, 0.5]), np.array([1.0, 0.9, 0.8, 0.7]), changes)
-    part = without_short_bends(whole, np.array([15.0, 10, 0]))
+    part = without_bends(whole, whole.are_short, np.array([15.0, 10, 0]))
     assert_allclose(part.corners, corners[1:4])
     assert_allclose(part.changes, [[1, 4.0, 5.0]])
     points = np.array([[10, 5, 2], [11, 9, 2], [13, 10, 2], [14.5, 10, 2], [17, 11, 2.0]])
     assert_allclose(part.distance(points), whole.distance(points), atol=1e-12)
     for place, kept in ((corners[0], slice(0, 2)), (corners[-1], slice(3, 5))):
-        assert_allclose(without_short_bends(whole, place).corners, corners[kept])
+        assert_allclose(without_bends(whole, whole.are_short, place).corners, corners[kept])
 
 
 def test_offsets_are_one_for_each_change():

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+import simplexmesh as sm
 from tests.cloud.plants import line, plant
 
 
@@ -64,6 +66,15 @@ def test_offsets_of_eccentric_reducers_are_told(tmp_path):
     assert told[3]["primitive"]["kind"] == "oblique cone"
 
 
+@pytest.mark.parametrize("unit", ["mm", None])
+@pytest.mark.parametrize("found", [plant(), line()], ids=["plant", "line"])
+def test_files_of_meshes_have_the_tubes_in_their_unit(tmp_path, found, unit):
+    bounds = found.triangulated().bounds
+    for name, scale in (("out.vtp", 1), ("out.ply", 1), ("out.glb", 1 / 1000 if unit else 1)):
+        replace(found, unit=unit).save(tmp_path / name)
+        np.testing.assert_allclose(sm.read(tmp_path / name).bounds, scale * bounds, rtol=1e-5, atol=1e-6)
+
+
 @pytest.mark.parametrize("ending", [".json", ".csv"])
 def test_a_file_that_cannot_be_replaced_is_as_it_was(tmp_path, ending, monkeypatch):
     path = tmp_path / f"out{ending}"
@@ -81,7 +92,7 @@ def test_a_file_that_cannot_be_replaced_is_as_it_was(tmp_path, ending, monkeypat
 
 @pytest.mark.parametrize("found", [plant(), line()], ids=["plant", "line"])
 def test_other_endings_and_folders_are_refused(tmp_path, found):
-    with pytest.raises(ValueError, match=r"^path must end in .json, .csv, .step or .stp, not 'out.txt'$"):
+    with pytest.raises(ValueError, match=r"^path must end in one of .json, .csv, .step, .stp, .vtp, .*not 'out.txt'$"):
         found.save(tmp_path / "out.txt")
     with pytest.raises(FileNotFoundError, match=r"^path must be in an existing folder"):
         found.save(tmp_path / "none" / "out.json")

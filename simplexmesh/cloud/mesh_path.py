@@ -1,0 +1,15 @@
+"""Paths of files that hold meshes, where others hold parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from simplexmesh.data.io.writing import FORMATS
+
+
+def mesh_path(path: Path, others: Sequence[str]) -> Path:
+    """Return a path that ends as files of meshes do, or say that it must, or as others."""
+    if path.suffix.lower() not in FORMATS:
+        raise ValueError(f"path must end in one of {', '.join(dict.fromkeys([*others, *FORMATS]))}, not {path.name!r}")
+    return path
