@@ -115,6 +115,13 @@ def integer(name: str, value: Any, low: int, high: int | None = None) -> int:
     return out
 
 
+def integers(name: str, values: Sequence[Any], low: int, high: int | None = None) -> list[int]:
+    """Return whole numbers between `low` and `high`, given one by one or as one sequence or array."""
+    if len(values) == 1 and isinstance(values[0], Sequence | np.ndarray) and not isinstance(values[0], str | bytes):
+        values = list(values[0])
+    return [integer(name, value, low, high) for value in values]
+
+
 def flag(name: str, value: Any) -> bool:
     """Return `value` as a bool."""
     if not isinstance(value, bool | np.bool_):

@@ -198,3 +198,21 @@ def test_fillets_are_no_creases(kind, radius):
     assert [line.closed for line in lines] == [True, True]
     around = 6 - (8 - 2 * np.pi) * radius
     assert [line.length for line in lines] == pytest.approx([around, around], rel=0.02)
+
+
+@pytest.mark.parametrize("name", ["bracket", "block", "crossing"])
+def test_lines_do_not_depend_on_numbers_nor_mirrors(name):
+    mesh, rng = noisy(part(name, "scan"), 0.1).mesh, np.random.default_rng(0)
+    shuffled = rng.permutation(mesh.n_vertices)
+    faces = np.argsort(shuffled)[mesh.faces]
+    copies = (
+        (mesh.vertices, mesh.faces, np.arange(mesh.n_vertices)),
+        (mesh.vertices * [-1, 1, 1], mesh.faces[:, ::-1], np.arange(mesh.n_vertices)),
+        (mesh.vertices[shuffled], np.roll(rng.permutation(faces), 1, axis=1), shuffled),
+    )
+    lines = []
+    for vertices, triangles, number in copies:
+        network = sm.feature_lines(sm.TriangleMesh(vertices, triangles))
+        along = [number[np.append(line.vertices, line.vertices[: int(line.closed)])] for line in network.lines]
+        lines.append({frozenset(pair) for v in along for pair in zip(v[:-1].tolist(), v[1:].tolist(), strict=True)})
+    assert lines[0] == lines[1] == lines[2]

@@ -28,6 +28,21 @@ class TestEdits:
         assert sum(line.length for line in fewer.lines) == pytest.approx(11)
         assert len(network.without(*range(12))) == 0
 
+    @pytest.mark.parametrize("numbers", [[0, 5], (0, 5), np.array([0, 5]), range(0, 6, 5)])
+    def test_of_several_lines(self, numbers):
+        network = sm.feature_lines(CUBE)
+        left = network.without(numbers)
+        assert [line.length for line in left.lines] == [line.length for line in network.without(0, 5).lines]
+        assert len(network.without([])) == len(network)
+        for wrong in ([0, 5.0], [[0, 5]], "05", None):
+            with pytest.raises(TypeError, match="line must be a whole number"):
+                network.without(wrong)
+
+    def test_prolonged_needs_a_free_end(self):
+        for body in (CAN, CUBE):
+            with pytest.raises(ValueError, match="a line to prolong must have a free end"):
+                sm.feature_lines(body).prolonged(0, angle=0.1)
+
     def test_prolonged(self):
         network = sm.feature_lines(FADING, angle=np.radians(25))  # where x is 0.56
         reach = [network.prolonged(0, angle=np.radians(angle)).lines[0].points for angle in (35, 18, 12)]

@@ -46,6 +46,13 @@ def slab():
     return tessellated(SLAB, "aligned", SLAB.edge(5000)).mesh
 
 
+def turned(*side):
+    """The zones of a profile that turns about its axis, in single precision."""
+    body = Reference("turned", [("+", Solid(profile((0, 0), *side, (0, side[-1][1]))))])
+    mesh = tessellated(body, "sliver", 0.06).mesh
+    return sm.zones(sm.TriangleMesh(mesh.vertices.astype(np.float32), mesh.faces))
+
+
 def assert_partition(zones):
     """Check that zones have numbers from 0 on, are connected, and are the larger the lower their number."""
     assert zones.labels.shape == (zones.mesh.n_faces,)
@@ -85,6 +92,28 @@ class TestKinds:
     def test_of_zones_without_vertices_inside(self):
         assert sm.zones(pv.Cube().triangulate().clean()).kinds == ("plane",) * 6
         assert sm.zones(pv.Cylinder(resolution=60).triangulate().clean()).kinds == ("cylinder", "plane", "plane")
+
+    @pytest.mark.parametrize("drop", [0.02, 0.1, 0.5])
+    def test_of_chamfers_between_two_circles_which_are_on_a_sphere_too(self, drop):
+        pin = turned((1, 0), (1, 2), (1 - drop, 2 + drop))
+        assert sorted(pin.kinds) == ["cone", "cylinder", "plane", "plane"]
+
+    def test_of_drafts_of_a_degree(self):
+        assert sorted(turned((1, 0), (1 - np.tan(np.radians(1)), 1)).kinds) == ["cone", "plane", "plane"]
+
+    def test_of_faces_with_most_vertices_on_a_part_of_them(self):
+        domed = profile((0, 0), (1, 0), (1, 2), (0, 2), radii=[(2, 1 - 1e-9)])
+        assert sorted(sm.zones(tessellated(Reference("domed", [("+", Solid(domed))]), "sliver", 0.06).mesh).kinds) == [
+            "free form",
+            "plane",
+        ]
+
+    @pytest.mark.parametrize(("kind", "bulge"), [("cone", 0.0), ("sphere", np.tan(np.pi / 16))])
+    def test_of_noisy_bands(self, kind, bulge):
+        side = np.array([[0, 0, 0], [1, 0, bulge], [np.sqrt(0.5), np.sqrt(0.5), 0], [0, np.sqrt(0.5), 0]])
+        body = Reference("band", [("+", Solid(side))])
+        zones = sm.zones(noisy(tessellated(body, "aligned", body.edge(800)), 0.06).mesh)
+        assert sorted(zones.kinds) == sorted([kind, "plane", "plane"])
 
     def test_of_files_in_single_precision(self):
         assert sm.zones(RING).kinds == ("torus",)
@@ -169,6 +198,7 @@ class TestEdits:
         assert_partition(merged)
         assert len(merged) == 2
         assert_allclose(merged.areas, [zones.areas[:2].sum(), zones.areas[2]])
+        assert_array_equal(zones.merged(np.array([1, 0])).labels, merged.labels)
         assert len(zones) == 3
         for wrong, error, text in (
             ((0,), ValueError, "at least two"),
@@ -187,8 +217,11 @@ class TestEdits:
         assert len(fewer) == 5
         assert fewer.areas.sum() == pytest.approx(6)
         assert len(zones.without(*range(1, 6))) == 1
+        assert_array_equal(zones.without([0, 1]).labels, zones.without(0, 1).labels)
         with pytest.raises(ValueError, match="zones must be left"):
             zones.without(*range(6))
+        with pytest.raises(TypeError, match="zone must be a whole number, not str 'a'"):
+            zones.without(["a"])
         with pytest.raises(ValueError, match="zone"):
             zones.without(6)
 

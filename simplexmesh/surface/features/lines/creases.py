@@ -186,7 +186,7 @@ def _ordinary_jumps(surface: FilteredSurface) -> Array:
     if not len(vague) or np.count_nonzero(inexact) < FEW * len(inexact):
         return np.zeros(len(sharp))
     some = np.zeros(len(sharp), bool)
-    some[vague[:: max(1, len(vague) // SAMPLE)]] = True
+    some[vague[np.argsort(edges.lengths[vague])][:: max(1, len(vague) // SAMPLE)]] = True  # in any numbering the same
     jumps = np.abs(surface.jumps_at(some, sharp)[0])
     tilts = norm(edges.facets.tilts[edges.sides]) if simplified else surface.tilts
     ordinary: Array = tilts * np.median(jumps[some] / tilts[some])

@@ -216,9 +216,14 @@ class Edges:
                 return chosen
 
     def bridged(self, chosen: Mask, costs: Array, most: Array) -> Mask:
-        """Return edges with each free end led to a line nearby by the cheapest path, of cost (e,) up to `most` (n,)."""
+        """Return edges with each free end led to a line nearby by the cheapest path, of cost (e,) up to `most` (n,).
+
+        Ends with a short edge are led first, so that it does not matter how vertices are numbered.
+        """
         chosen, unchosen, degrees = chosen.copy(), ~chosen, self.degrees(chosen)
-        for end in np.flatnonzero(self.free(chosen)).tolist():
+        free, own = np.flatnonzero(self.free(chosen)), self.ends[chosen].ravel()
+        last = np.bincount(own, np.repeat(self.lengths[chosen], 2), len(degrees))
+        for end in free[np.argsort(last[free])].tolist():
             if degrees[end] == 1:
                 path = self._bridge(end, chosen, unchosen, degrees, costs, float(most[end]))
                 chosen[path], unchosen[path] = True, False

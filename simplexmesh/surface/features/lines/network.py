@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -161,8 +162,10 @@ class FeatureNetwork:
         """Those about their mean, as facets have them."""
         return placed(self._found)
 
-    def without(self, *lines: int) -> FeatureNetwork:
-        """Return the network without some of its lines, given by number; those that met two of them are joined.
+    def without(self, *lines: int | Sequence[int]) -> FeatureNetwork:
+        """Return the network without some of its lines; those that met two of them are joined.
+
+        Lines are given by number, one by one or as one sequence.
 
         Raises
         ------
@@ -170,7 +173,7 @@ class FeatureNetwork:
             For a number that is not one of a line.
         """
         chosen = self._chosen.copy()
-        for number in lines:
+        for number in checks.integers("line", lines, 0):
             chosen[self._sorted[self._number(number)][1]] = False
         return self._of(chosen)
 
@@ -183,7 +186,7 @@ class FeatureNetwork:
         Raises
         ------
         ValueError, TypeError
-            For a number that is not one of a line, or an angle outside (0, pi).
+            For a number that is not one of a line, a line without free ends, as closed ones, an angle outside (0, pi).
         """
         angle = walking.crease_angle(angle)
         edges = self._sorted[self._number(line)][1]

@@ -36,6 +36,8 @@ def prolonged(found: Creases, chosen: Mask, line: Indices, angle: float) -> Mask
     bends = found.bends
     invariant = shape_invariant(edges, bends)
     ends = free_ends(found, chosen, line)
+    if not ends:
+        raise ValueError("a line to prolong must have a free end: this one is closed, or ends at others or the border")
     for end in ends:
         vertex, seen = end, set(np.unique(edges.ends[line]).tolist()) - set(ends)
         while True:

@@ -12,22 +12,26 @@ from simplexmesh.numerics.round_fits import across_normals, ball, cone_apex, fro
 MOST_POINTS = 500
 """Points and triangles that a fit looks at."""
 
-EXACT = 1e-3
-"""Of a zone's size: a fit that is so close is one, whatever the noise."""
+EXACT, PRECISE = 1e-3, 1e-5
+"""Of a zone's size: a fit that is so close is one, whatever the noise, and one that nothing rivals."""
 
-LARGEST = 10.0
-"""Of a zone's size: with a larger radius it is flat for all that can be seen."""
+LARGEST, FARTHEST = 10.0, 300.0
+"""Of a zone's size: with a larger radius it is flat for all that can be seen, with an apex farther off a cylinder."""
 
 FACING, ALIKE = 0.9, 0.005
 """Least median cosine between the normals of triangles and of a fit, and less than the best: a rim and an apex are both
 on a sphere and on a cone."""
+
+RIVALS = ("cone", "sphere")
+"""Of these the nearer one counts, as with noise a short band is near both."""
 
 
 def kind_of(points: Array, centers: Array, normals: Array, noise: float) -> tuple[str, float]:
     """Return what points (n, 3), and triangles (t, 3) with their normals, are samples of, and the rms distance to that.
 
     A kind is the one if the rms is within twice the noise, or a thousandth of the zone's size; that of a free form is
-    the least of all. Too few points for a kind do not speak for it.
+    the least of all. Points that are on a kind to the digits of a file are on no simpler one that they are only near.
+    Too few points for a kind do not speak for it.
     """
     size = max(float(norm(np.ptp(points, axis=0))), 1e-300)
     middle, step, leap = centers.mean(axis=0), max(1, len(points) // MOST_POINTS), max(1, len(centers) // MOST_POINTS)
@@ -49,11 +53,15 @@ def kind_of(points: Array, centers: Array, normals: Array, noise: float) -> tupl
             continue
         if rms <= limit:
             fitting.append((name, rms * size, facing))
-            if facing > 1 - ALIKE:
-                break
-    for name, rms, facing in fitting:
-        if facing > max(each[2] for each in fitting) - ALIKE:
-            return name, rms
+        if rms <= PRECISE:
+            return name, rms * size
+        if rms <= 2 * noise / size and facing > 1 - ALIKE and name != RIVALS[0]:
+            break
+    most = max((facing for _, _, facing in fitting), default=0.0)
+    alike = [(name, rms) for name, rms, facing in fitting if facing > most - ALIKE]
+    if alike:
+        rivals = [fit for fit in alike if fit[0] in RIVALS] if alike[0][0] in RIVALS else alike[:1]
+        return min(rivals, key=lambda fit: fit[1])
     return "free form", least * size if np.isfinite(least) else float("nan")
 
 
@@ -92,7 +100,7 @@ def _cone(points: Array, normals: Array) -> Array | None:
     """Return the apex of a cone, which is in all tangent planes, its axis and half its angle."""
     axis = np.linalg.svd(normals - normals.mean(axis=0))[2][-1]
     apex = cone_apex(points, normals)
-    if norm(apex) > LARGEST:
+    if norm(apex) > FARTHEST:
         return None
     axis = axis if dot(points.mean(axis=0) - apex, axis) > 0 else -axis
     away, along = from_axis(points, apex, axis)
@@ -122,8 +130,9 @@ def _to_torus(points: Array, x: Array) -> Array:
 FITS = (
     ("plane", _plane, _to_plane, 3),
     ("cylinder", _cylinder, _to_cylinder, 6),
-    ("sphere", _sphere, _to_sphere, 5),
     ("cone", _cone, _to_cone, 7),
+    ("sphere", _sphere, _to_sphere, 5),
     ("torus", _torus, _to_torus, 8),
 )
-"""Kinds from the simplest on: a start from triangles, distances, and the fewest points that speak for it."""
+"""Kinds, ruled ones first, as triangles between two circles are, which are on a sphere too, else the simplest first: a
+start from triangles, distances, and the fewest points that speak for it."""

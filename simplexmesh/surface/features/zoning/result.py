@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
 
 
 LEAST_INNER = 12
-"""Vertices inside a zone, or triangles; with fewer, those on its boundary, which may straddle it, are looked at too."""
+"""Vertices inside a zone, or triangles; with fewer, those on a boundary that they may straddle are looked at too."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -88,7 +89,7 @@ class Zones:
         """The kind and rms of each zone."""
         found, vertices, out = self.network._found, self.mesh.vertices, []
         inner = np.ones(len(vertices), bool)
-        inner[self._boundary_vertices] = False
+        inner[self._astride] = False
         clear = np.all(inner[self.mesh.faces], axis=1)
         for k in range(len(self)):
             triangles = np.flatnonzero(self.labels == k)
@@ -111,11 +112,12 @@ class Zones:
         return np.array([error for _, error in self._fits])
 
     @property
-    def _boundary_vertices(self) -> Indices:
-        """Vertices between zones, or on sharp edges."""
-        edges = self.network._found.edges
+    def _astride(self) -> Indices:
+        """Vertices between zones that may be on neither side: where triangles may straddle the edge, or none is."""
+        found, sharp, edges = self.network._found, self.network._chosen, self.network._found.edges
         across = self.labels[edges.sides[:, 0]] != self.labels[edges.sides[:, 1]]
-        return np.unique(edges.ends[across | self.network._chosen])
+        vague = found.straddling(sharp)[edges.sides].any(axis=1)
+        return np.unique(edges.ends[np.where(sharp, vague, across)])
 
     @cached_property
     def boundaries(self) -> tuple[tuple[FeatureLine, tuple[int, int]], ...]:
@@ -146,21 +148,21 @@ class Zones:
             out.append(TriangleMesh(self.mesh.vertices[used], index.reshape(-1, 3), arrays, self.mesh.unit))
         return tuple(out)
 
-    def merged(self, *zones: int) -> Zones:
-        """Return the zones with some made one.
+    def merged(self, *zones: int | Sequence[int]) -> Zones:
+        """Return the zones with some made one, given by number, one by one or as one sequence.
 
         Raises
         ------
         ValueError, TypeError
             For fewer than two numbers, one that is not of a zone, or zones that do not touch.
         """
-        numbers = np.array([self._number(zone) for zone in zones], np.int64)
+        numbers = np.array(checks.integers("zone", zones, 0, len(self) - 1), np.int64)
         if len(set(numbers.tolist())) < 2:
             raise ValueError(f"zones to merge must be at least two, not {len(set(numbers.tolist()))}")
         labels = np.where(np.isin(self._parts, numbers), numbers[0], self._parts)
         pieces = edits.in_pieces(labels, self.network._found.edges)
         if len(np.unique(pieces[labels == numbers[0]])) > 1:
-            raise ValueError(f"zones to merge must touch, but {', '.join(map(str, zones))} do not all")
+            raise ValueError(f"zones to merge must touch, but {', '.join(map(str, numbers))} do not all")
         return self._with(labels)
 
     def grown(self, zone: int, *, tolerance: float) -> Zones:
@@ -191,8 +193,8 @@ class Zones:
         grow(taken_over, np.flatnonzero(inside), values, tolerance, mates, closed)
         return self._with(np.where(taken_over >= 0, number, self._parts))
 
-    def without(self, *zones: int) -> Zones:
-        """Return the zones without some, whose triangles their neighbors take over.
+    def without(self, *zones: int | Sequence[int]) -> Zones:
+        """Return the zones without some, given one by one or as a sequence, whose triangles their neighbors take over.
 
         Raises
         ------
@@ -200,7 +202,7 @@ class Zones:
             For a number that is not one of a zone, or all of them.
         """
         gone = np.zeros(len(self), bool)
-        gone[[self._number(zone) for zone in zones]] = True
+        gone[checks.integers("zone", zones, 0, len(self) - 1)] = True
         if gone.all():
             raise ValueError("zones must be left: not all can be taken away")
         return self._with(edits.dissolved(self._parts, gone, self.network._found.edges, self.network._chosen))
