@@ -17,7 +17,7 @@ from simplexmesh.recognition.sai._kernels_rotations import SignaturePair
 from simplexmesh.recognition.sai.attribute_image import SAI
 from simplexmesh.recognition.sai.match_result import CANDIDATES, MINIMUM_ANGLE, Match, warn_of_sizes
 from simplexmesh.recognition.sai.partial_signatures import COMPLETE, Signature, scale_factor, signature_of
-from simplexmesh.recognition.sai.rotations import FAMILIES, GROUP_ORDER, Rotations, rotations
+from simplexmesh.recognition.sai.rotations import GROUP_ORDER, Rotations, rotations
 from simplexmesh.recognition.sai.shift_matching import match_shifts
 from simplexmesh.recognition.sai.sphere_domain import SphereDomain, sphere_domain
 
@@ -37,7 +37,6 @@ def match(
     *,
     best: int = 5,
     minimum_overlap: float = 0.5,
-    method: str = "even",
     smoothing: int = 2,
     limit: float = 0.3,
     refine: bool = True,
@@ -49,13 +48,11 @@ def match(
     ----------
     source, target : SAI
         Of one frequency and topology. Those on a torus, cylinder or disc are compared under all shifts along periodic
-        directions, and half turns; `method`, `refine` and `scale` are for spheres.
+        directions, and half turns; `refine` and `scale` are for spheres.
     best : int
         Maximum number of hypotheses, up to 100, each at least 15 degrees from the others.
     minimum_overlap : float
         Minimum size of the common part, as a fraction of the smaller visible part.
-    method : {"even", "darts"}
-        Which rotations are tried, see `simplexmesh.recognition.sai.rotations`; "darts" are the 3n of the thesis.
     smoothing : int
         Passes of averaging over each vertex and its neighbors before the comparison. Sharper signatures need rotations
         nearer to the true one.
@@ -102,12 +99,11 @@ def match(
     minimum_overlap = checks.number("minimum_overlap", minimum_overlap, 0.0, 1.0, open_low=True)
     smoothing = checks.integer("smoothing", smoothing, 0)
     limit = checks.number("limit", limit, 0.0, np.pi, open_low=True)
-    checks.choice("method", method, FAMILIES)
     if sai_a.topology != "sphere":
-        if (method, refine, scale) != ("even", True, "auto"):
-            raise ValueError(f"method, refine and scale are for signatures on spheres, not on a {sai_a.topology}")
+        if (refine, scale) != (True, "auto"):
+            raise ValueError(f"refine and scale are for signatures on spheres, not on a {sai_a.topology}")
         return warn_of_sizes(tuple(match_shifts(sai_a, sai_b, best, minimum_overlap, smoothing, limit)))
-    table = rotations(sai_a.frequency, method)
+    table = rotations(sai_a.frequency)
     domain = sphere_domain(sai_a.frequency)
     hypotheses: list[_Hypothesis] = []
     areas = scale_factor(sai_a, sai_b)

@@ -1,9 +1,9 @@
 """Tables of rotations of the quasi-regular sphere: the vertex nearest to the image of each vertex.
 
 A table is stored as few *representatives* times the 60 rotations of the icosahedron: rotation ``60 * j + g`` is
-``group[g] @ representatives[j]`` and takes vertex l to vertex ``turns[g, maps[j, l]]``. Of the two families ``darts``
-are those of the thesis, 3n, which take a vertex and its neighbors to another and its neighbors: at frequency 9 the
-nearest is up to 30 degrees away. Four times as many ``even`` ones leave 8 degrees at most, 4 in the mean.
+``group[g] @ representatives[j]`` and takes vertex l to vertex ``turns[g, maps[j, l]]``. They are even and about 12n: at
+frequency 9 the nearest is 8 degrees away at most, 4 in the mean; of the thesis's 3n, from one vertex and its neighbors
+to another and its neighbors, up to 30.
 """
 
 from __future__ import annotations
@@ -18,19 +18,17 @@ from scipy.spatial.transform import Rotation
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
-from simplexmesh._base.vectors import normalized
 from simplexmesh.mesh.lattices import polyhedron
 from simplexmesh.recognition.sai.sphere_domain import checked_frequency, sphere_domain
 
 Table = NDArray[np.int16]
 
-FAMILIES = ("even", "darts")
 GROUP_ORDER = 60
 
 
 @dataclass(frozen=True, eq=False)
 class Rotations:
-    """A family of rotations of the sphere of one frequency; made by `rotations`."""
+    """Rotations of the sphere of one frequency; made by `rotations`."""
 
     representatives: Array  # (m, 3, 3)
     maps: Table  # (m, n) the vertex nearest to the image of each vertex under each representative
@@ -57,26 +55,6 @@ def icosahedral_group() -> Array:
     return np.asarray(u @ v)
 
 
-def dart_representatives(frequency: int, turns: Table) -> Array:
-    """Return rotations (m, 3, 3) that take dart 0 to one dart of each orbit under the icosahedral group."""
-    mesh = sphere_domain(frequency).mesh
-    darts = mesh.connectivity.n_vertices * 3
-    vertex, other = np.arange(darts) // 3, mesh.neighbors.ravel().astype(np.int64)
-    code = np.full(darts, np.iinfo(np.int64).max)
-    for turn in turns.astype(np.int64):
-        code = np.minimum(code, turn[vertex] * mesh.n_vertices + turn[other])
-    chosen = np.unique(code, return_index=True)[1]
-    frames = _frames(mesh.vertices[vertex[chosen]], mesh.vertices[other[chosen]])
-    reference = _frames(mesh.vertices[vertex[:1]], mesh.vertices[other[:1]])[0]
-    return np.asarray(frames @ reference.T)
-
-
-def _frames(at: Array, toward: Array) -> Array:
-    """Return orthonormal frames (k, 3, 3) as columns: a unit vector, the tangent toward another, and their product."""
-    tangent = normalized(toward - np.einsum("ij,ij->i", at, toward)[:, None] * at)
-    return np.stack([at, tangent, np.cross(at, tangent)], axis=2)
-
-
 def even_representatives(count: int, group: Array) -> Array:
     """Return about `count` rotations (m, 3, 3), evenly distributed in the Voronoi cell of the identity of a group."""
     # a body-centered cubic lattice of rotation vectors, the thinnest covering of space by balls
@@ -100,15 +78,10 @@ def _nearest(frequency: int, matrices: Array) -> Table:
 
 
 @lru_cache(maxsize=8)
-def rotations(frequency: int, family: str = "even") -> Rotations:
-    """Return a family of rotations; cached."""
-    checked_frequency(frequency)
-    checks.choice("family", family, FAMILIES)
-    domain, group = sphere_domain(frequency), icosahedral_group()
-    turns = _nearest(frequency, group)
-    if family == "darts":
-        representatives = dart_representatives(frequency, turns)
-    else:
-        representatives = even_representatives(12 * domain.mesh.n_vertices // GROUP_ORDER, group)
-    parts = representatives, _nearest(frequency, representatives), group, turns
+def rotations(frequency: int) -> Rotations:
+    """Return the rotations of a frequency; cached."""
+    group = icosahedral_group()
+    count = 12 * sphere_domain(checked_frequency(frequency)).mesh.n_vertices // GROUP_ORDER
+    representatives = even_representatives(count, group)
+    parts = representatives, _nearest(frequency, representatives), group, _nearest(frequency, group)
     return Rotations(*(checks.frozen(part) for part in parts))

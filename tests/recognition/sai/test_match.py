@@ -42,10 +42,9 @@ def bumpy(frequency=F, seed=0, turn=None):
 
 
 class TestSearch:
-    @pytest.mark.parametrize("family", ["even", "darts"])
-    def test_is_the_plain_sum_for_every_rotation(self, family):
+    def test_is_the_plain_sum_for_every_rotation(self):
         rng = np.random.default_rng(0)
-        table = rotations(F, family)
+        table = rotations(F)
         n = sphere_domain(F).mesh.n_vertices
         a, b = (Signature(rng.normal(size=n), np.ones(n, bool), sphere_domain(F).vertices) for _ in range(2))
         total, common = rotation_differences(a, b, table)
@@ -55,7 +54,7 @@ class TestSearch:
     @pytest.mark.parametrize("seed", range(2))
     def test_of_what_both_see(self, seed):
         rng = np.random.default_rng(seed)
-        table = rotations(F, "darts")
+        table = rotations(F)
         n = sphere_domain(F).mesh.n_vertices
         a, b = (Signature(rng.normal(size=n), rng.random(n) < 0.6, sphere_domain(F).vertices) for _ in range(2))
         total, common = rotation_differences(a, b, table)
@@ -67,7 +66,7 @@ class TestSearch:
 class TestExact:
     @pytest.mark.parametrize("g", [0, 7, 23, 41, 59])
     def test_turns_of_the_icosahedron_are_found_exactly(self, g):
-        table = rotations(F, "darts")
+        table = rotations(F)
         one = sai_of(bumpy())
         mesh = one.mesh.moved(one.mesh.vertices[table.turns[g]])  # phi_b(p) = phi_a(R p)
         other = sai_of(mesh)
@@ -79,7 +78,7 @@ class TestExact:
         assert np.allclose(found.T_target_source, np.eye(4), atol=1e-6)  # the objects are in the same place
 
     def test_without_refinement_too(self):
-        table = rotations(F, "even")
+        table = rotations(F)
         one = sai_of(bumpy())
         k = 60 * 17 + 5
         values = one.angles[reference.all_images(table)[k]]
@@ -324,7 +323,6 @@ class TestDoor:
             {"best": 101},
             {"minimum_overlap": 0.0},
             {"minimum_overlap": 1.5},
-            {"method": "random"},
             {"smoothing": -1},
             {"limit": 0.0},
             {"limit": 4.0},

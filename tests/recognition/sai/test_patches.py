@@ -481,8 +481,8 @@ class TestDoor:
 
     def test_what_is_for_spheres_only_is_not_passed_over(self):
         one = sm.SAI(5, domain("torus", 5).mesh, topology="torus")
-        for wrong in ({"method": "darts"}, {"refine": False}, {"scale": 1.2}):
-            with pytest.raises(ValueError, match="method, refine and scale are for signatures on spheres"):
+        for wrong in ({"refine": False}, {"scale": 1.2}):
+            with pytest.raises(ValueError, match="refine and scale are for signatures on spheres"):
                 sm.match(one, one, **wrong)
 
     def test_unknown_topology(self):

@@ -21,7 +21,7 @@ class TestGroup:
 
     @pytest.mark.parametrize("frequency", [5, 6, 9])
     def test_takes_the_sphere_to_itself_vertex_by_vertex(self, frequency):
-        table, here = tables.rotations(frequency, "darts"), sphere_domain(frequency)
+        table, here = tables.rotations(frequency), sphere_domain(frequency)
         for R, turn in zip(table.group, table.turns, strict=True):
             assert np.allclose(here.vertices @ R.T, here.vertices[turn], atol=1e-9)
             assert {tuple(sorted(row)) for row in turn[here.mesh.neighbors]} == {
@@ -29,31 +29,16 @@ class TestGroup:
             }
 
 
-class TestFamilies:
-    def test_darts_are_the_3n_rotations_from_one_dart_to_every_other(self):
-        table, here = tables.rotations(5, "darts"), sphere_domain(5)
-        assert len(table) == 3 * here.mesh.n_vertices
-        images = table.matrices @ here.vertices[0]
-        at = np.argmax(images @ here.vertices.T, axis=1)
-        assert np.bincount(at, minlength=500).tolist() == [3] * 500
-        assert np.allclose(images, here.vertices[at], atol=1e-9)
-        toward = table.matrices @ here.vertices[here.mesh.neighbors[0, 0]]
-        other = here.mesh.neighbors[
-            at, np.argmax(np.einsum("kb,kjb->kj", toward, here.vertices[here.mesh.neighbors[at]]), axis=1)
-        ]
-        assert len(set(zip(at.tolist(), other.tolist(), strict=True))) == 1500
-
-    @pytest.mark.parametrize(("family", "mean", "most"), [("even", 7.0, 15.0), ("darts", 16.0, 33.0)])
-    def test_no_rotation_is_far_from_one_of_the_table(self, family, mean, most):
+class TestTable:
+    def test_no_rotation_is_far_from_one_of_the_table(self):
         rng = np.random.default_rng(1)
         some = np.stack([reference.random_rotation(rng) for _ in range(500)])
-        nearest = np.degrees(reference.angles_between(some, tables.rotations(5, family).matrices).min(axis=1))
-        assert nearest.mean() < mean
-        assert nearest.max() < most
+        nearest = np.degrees(reference.angles_between(some, tables.rotations(5).matrices).min(axis=1))
+        assert nearest.mean() < 7.0
+        assert nearest.max() < 15.0
 
-    @pytest.mark.parametrize("family", tables.FAMILIES)
-    def test_indices_name_the_nearest_vertex(self, family):
-        table = tables.rotations(5, family)
+    def test_indices_name_the_nearest_vertex(self):
+        table = tables.rotations(5)
         rows = reference.all_images(table)
         assert rows.shape == (len(table), 500)
         here = sphere_domain(5)
