@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.units import common_unit
+from simplexmesh._base.vectors import norm
 from simplexmesh.recognition.register._kernels_pose_scoring import TargetGrid
 from simplexmesh.recognition.register.icp import MINIMUM_COSINE, find_correspondences, refined, uncertainty
 from simplexmesh.recognition.register.oriented_points import OrientedPoints, are_inside_out, oriented_points
@@ -174,13 +175,18 @@ def measure(source: Scan, target: Scan, T: Array, *, wider: Sequence[float] = (1
 
 
 def contact(source: Scan, target: Scan, T: Array, *, wider: float = 1.0) -> tuple[float, float]:
-    """Return the fraction of the smaller scan that T (4, 4) brings near the other, and the share of it that agrees."""
+    """Return the fraction of the smaller scan that T (4, 4) brings near the other, and the share of it that agrees.
+
+    Beyond the border of the other scan, farther along its surface from a point than these are apart, nothing is near.
+    """
     if source.surface.area > target.surface.area:
         source, target, T = target, source, np.asarray(np.linalg.inv(T), np.float64)
     verifier = verifier_of(source, target)
     found = find_correspondences(
-        source.smooth, target.smooth, target.tree, T, wider * verifier.reach, verifier.samples[0]
+        source.fine, target.fine, target.fine_tree, T, wider * verifier.reach, verifier.samples[0]
     )
-    near = found.near & (found.cosine > -MINIMUM_COSINE)  # the other side of a thin wall speaks neither for nor against
-    agreeing = found.inlier & (np.abs(found.residual) < verifier.width)
+    along = norm(found.points - target.fine.points[found.nearest]) ** 2 - found.residual**2
+    near = found.near & (along < max(source.surface.spacing, target.surface.spacing) ** 2)
+    near &= found.cosine > -MINIMUM_COSINE  # the other side of a thin wall speaks neither for nor against
+    agreeing = near & found.inlier & (np.abs(found.residual) < verifier.width)
     return float(near.mean()), float(agreeing.sum() / max(near.sum(), 1))

@@ -119,6 +119,22 @@ class TestPoses:
         assert min(contact(one, other, T)) > 0.8
         assert contact(one, other, T) == contact(other, one, np.linalg.inv(T))
 
+    @pytest.mark.parametrize("count", [300, 900, 5000])
+    def test_near_is_what_is_in_common_and_agrees_however_sparse(self, count):
+        """Points beyond the border of the other scan counted as near to it and off it."""
+        rng = np.random.default_rng(count)
+        body = sm.ellipsoid((1, 0.5, 0.4), 20).triangulated()
+        one, other = (body.sampled(count, rng=rng).points for _ in range(2))
+        one, other = one[one[:, 0] < 0.3], other[other[:, 0] > -0.3]
+        common = min(np.mean(one[:, 0] > -0.3), np.mean(other[:, 0] < 0.3))
+        first, second = Scan.all_of([one, other], ("one", "other"))
+        T = np.eye(4)
+        T[:3, 3] = (first.center - second.center) / first.unit
+        for wider in (1.0, 2.0):
+            near, agreement = contact(first, second, T, wider=wider)
+            assert near == pytest.approx(common, abs=0.15)
+            assert agreement > 0.97
+
     @pytest.mark.parametrize("body", [sm.ellipsoid((3, 2, 1), 20), *nightly(sm.torus(radius=2.0, tube_radius=0.5))])
     def test_of_symmetric_scans_are_told_to_be_one_of_several(self, body):
         at = body.vertices
