@@ -148,15 +148,15 @@ def circles(copy: Path, path: Path, line: int) -> list[list[str]]:
     return [tests for tests in (nearest(copy, path, line), own, rooms) if tests]
 
 
-def exit_code(copy: Path, tests: list[str], kernels: Path, limit: float) -> int | None:
-    """The exit code of some tests, None if they do not end in time."""
+def run_tests(copy: Path, tests: list[str], kernels: Path, limit: float) -> tuple[int | None, str]:
+    """The exit code of some tests, None if they do not end in time, and the end of what they print."""
     command = [sys.executable, "-m", "pytest", "-q", "-x", "-n0", "-p", "no:cacheprovider", *tests]
     own = os.environ | {"PYTHONPATH": str(copy), "NUMBA_CACHE_DIR": str(kernels)}
     try:
-        done = subprocess.run(command, cwd=copy, env=own, capture_output=True, timeout=limit, check=False)
-        return done.returncode
+        done = subprocess.run(command, cwd=copy, env=own, capture_output=True, text=True, timeout=limit, check=False)
+        return done.returncode, done.stdout[-2000:]
     except subprocess.TimeoutExpired:
-        return None
+        return None, f"they take over {limit:.0f} s"
 
 
 def outcome(copy: Path, fault: tuple[Path, ast.expr, str], limit: float) -> str:
@@ -171,7 +171,7 @@ def outcome(copy: Path, fault: tuple[Path, ast.expr, str], limit: float) -> str:
         shutil.copytree(copy / KERNELS, kernels, copy_function=os.link)
         try:  # also where an import or the interpreter breaks
             for each in tests:
-                code = exit_code(copy, each, kernels, limit)
+                code, _ = run_tests(copy, each, kernels, limit)
                 if code != 0:
                     return ENDLESS if code is None else CAUGHT
             return SURVIVED
@@ -196,8 +196,9 @@ def main() -> int:
         shutil.copytree(ROOT, copy, ignore=skipped)
         (copy / KERNELS).mkdir()
         tests = {test for path, old, _ in drawn for circle in circles(copy, path, old.lineno) for test in circle}
-        if exit_code(copy, sorted(tests), copy / KERNELS, len(drawn) * asked.limit) != 0:
-            sys.exit("the tests fail without any fault")
+        code, said = run_tests(copy, sorted(tests), copy / KERNELS, len(drawn) * asked.limit)
+        if code != 0:
+            sys.exit(f"the tests fail without any fault: {said}")
         for number, (path, old, new) in enumerate(drawn, 1):
             found = outcome(copy, (path, old, new), asked.limit)
             counts[found] += 1

@@ -36,12 +36,12 @@ def test_what_becomes_of_a_fault(codes, found, tmp_path, monkeypatch):
     fault = path, ast.parse("def f(x):\n    return x + 1").body[0].body[0].value, "x - 1"
     left, seen, written = list(codes), [], (tmp_path / path).stat().st_mtime_ns
 
-    def exit_code(copy, tests, kernels, limit):
+    def run_tests(copy, tests, kernels, limit):
         seen.append((copy / path).read_text())
-        return left.pop(0)
+        return left.pop(0), ""
 
     monkeypatch.setattr(mutants, "circles", lambda *_: [["one"], ["two"], ["three"]])
-    monkeypatch.setattr(mutants, "exit_code", exit_code)
+    monkeypatch.setattr(mutants, "run_tests", run_tests)
     assert mutants.outcome(tmp_path, fault, 1.0) == found
     assert {*seen} == {"def f(x):\n    return (x - 1)\n"}
     assert left == []
@@ -52,6 +52,8 @@ def test_what_becomes_of_a_fault(codes, found, tmp_path, monkeypatch):
 def test_what_does_not_end_in_time_has_no_exit_code(tmp_path):
     shutil.copy(mutants.ROOT / "pyproject.toml", tmp_path)
     (tmp_path / "test_endless.py").write_text("def test_endless():\n    while True: pass\n")
-    assert mutants.exit_code(tmp_path, ["test_endless.py"], tmp_path, 1.0) is None
+    assert mutants.run_tests(tmp_path, ["test_endless.py"], tmp_path, 1.0) == (None, "they take over 1 s")
     (tmp_path / "test_ends.py").write_text("def test_ends():\n    raise ValueError\n")
-    assert mutants.exit_code(tmp_path, ["test_ends.py"], tmp_path, 60.0) == 1
+    code, said = mutants.run_tests(tmp_path, ["test_ends.py"], tmp_path, 60.0)
+    assert code == 1
+    assert "FAILED test_ends.py::test_ends - ValueError" in said
