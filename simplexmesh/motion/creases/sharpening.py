@@ -83,16 +83,20 @@ class Sharpened:
         return tuple(sorted(out, key=lambda line: -line.length))
 
 
-def sharpened(mesh: SimplexMesh, points: Array, before: Array, target: Any) -> Sharpened | None:
+def sharpened(
+    mesh: SimplexMesh, points: Array, before: Array, target: Any, *, least_angle: float = 0.0
+) -> Sharpened | None:
     """Return a closed mesh near points (n, 3), `before` (n,) away, with creases along its edges, or None without any.
 
-    Creases are the sharp edges of a surface through the points if these are closer to edges there than to bends.
+    Creases are the sharp edges of a surface through the points, of an angle and more, if these are closer to edges
+    there than to bends.
     """
-    noise = float(getattr(target, "noise", 0.0))
-    if not (before > 3 * noise + 0.1 * mean_edge(mesh)).any():
+    if not (before > 0.1 * mean_edge(mesh)).any():
         return None
+    noise = float(getattr(target, "noise", 0.0))
     side = resolution(mesh.area / len(points), noise)
     lines, through = crease_lines(mesh, points, noise)
+    lines = [line for line in lines if line.angle >= least_angle]
     if not lines:
         return None
     told = evidence(lines, through, points, side)

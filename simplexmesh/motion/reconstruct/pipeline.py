@@ -96,8 +96,8 @@ def reconstruct(
         `vertices`.
     creases : {"auto", "none"}
         Whether the model gets the sharp edges of the data along its own edges, where the data tells them from what is
-        round: "auto" looks for them in closed models of points, triangles and levels of volumes, "none" leaves all
-        smooth. Of labels none is found. A model of closed triangles is made along theirs, without motion, if all
+        round: "auto" looks for them in closed models, of labels for those that bend by more than steps of voxels do,
+        45 degrees; "none" leaves all smooth. A model of closed triangles is made along theirs, without motion, if all
         parameters but `vertices` and `components` are as by default.
     progress : bool or callable
         True shows a bar; a function is called with the fraction done and a message.

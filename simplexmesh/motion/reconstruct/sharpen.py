@@ -24,7 +24,10 @@ from simplexmesh.motion.targets.labels import LabelSurface
 from simplexmesh.motion.targets.triangles import Triangles, inside_surface, surface_distance
 
 MOST_POINTS = 40_000
-"""Of an isosurface, drawn at random, for its sharp edges."""
+"""Of the surface of a volume, drawn at random, for its sharp edges."""
+
+STEEPEST = np.pi / 4
+"""Steps of one voxel bend a labeled surface by up to as much at the rims of its flat terraces."""
 
 SAMPLES = 40_000
 """Points of the other bodies, besides their vertices, that tell whether one of them crosses the largest."""
@@ -75,26 +78,28 @@ def largest_body(surface: TriangleMesh, apart: float) -> TriangleMesh | None:
 
 
 def sharpen(run: Run) -> None:
-    """Bring edges of a closed model onto the creases of its data, if it has any and nothing tangles; none of labels."""
-    target, closed = run.target, not run.mesh.n_holes
-    if run.options.creases == "none" or isinstance(target, LabelSurface) or not closed or not run.stages[-1].iterations:
+    """Bring edges of a closed model onto the creases of its data, if it has any and nothing tangles."""
+    target = run.target
+    if run.options.creases == "none" or run.mesh.n_holes or not run.stages[-1].iterations:
         return
     run.report(0.93, "looking for sharp edges")
-    blurred, reach = isinstance(target, Isosurface), run.stages[-1].reach
-    if not blurred:
+    volume, reach = isinstance(target, Isosurface | LabelSurface), run.stages[-1].reach
+    if not volume:
         bare = run.tree.query(run.mesh.vertices, workers=-1)[0] > 2 * reach
         if share_of_area(run.mesh, bare) >= LEAST_BARE:
             return  # the rim of a lid is no crease of the data
-    points = run.points if blurred else run.data.samples().points
+    points = run.points if volume else run.data.samples().points
     away = run.away(points)
     rows = np.flatnonzero(away <= reach)  # inner walls and other bodies have no creases of the model
     if not len(rows):
         return
-    if isinstance(target, Isosurface):
+    if volume:
         rows = np.random.default_rng(0).permutation(rows)[:MOST_POINTS]
+    if isinstance(target, Isosurface):
         found = sharpened_volume(run.mesh, points[rows], away[rows], target)
     else:
-        found = sharpened(run.mesh, points[rows], away[rows], target)
+        least = STEEPEST if volume else 0.0
+        found = sharpened(run.mesh, points[rows], away[rows], target, least_angle=least)
     if found is not None:
         _take(run, found, 0)
 

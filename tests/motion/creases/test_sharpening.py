@@ -1,6 +1,7 @@
 """Reconstructions with the sharp edges of their data."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import manifold3d
 import numpy as np
@@ -13,6 +14,7 @@ from simplexmesh.motion.creases.evidence import Evidence
 from simplexmesh.motion.creases.lines import crease_lines
 from tests.motion.creases.test_paths import CORNERS
 from tests.nightly.marks import nightly
+from tests.recognition import reference
 
 HALF = np.array([1.0, 0.8, 0.5])
 
@@ -101,10 +103,38 @@ def test_smooth_bodies_have_none(shape):
     assert sm.reconstruct(points, vertices=900).creases == ()
 
 
-def test_labels_have_none():
-    values = np.zeros((20, 20, 20), np.uint8)
-    values[5:15, 5:15, 5:15] = 1
-    assert sm.reconstruct(sm.Volume(values), label=1, vertices=600).creases == ()
+def label_of(distance, rotation=None, count=48):
+    """Return a label (count, count, count) of what is within a distance of 0, and from it, about the middle."""
+    places = np.moveaxis(np.mgrid[:count, :count, :count], 0, -1) - (count - 1) / 2
+    return (distance(places if rotation is None else places @ rotation) < 0).astype(np.uint8)
+
+
+def to_block(places, half, radius=0.0):
+    """Signed distance, inside about, to a block with rounded edges."""
+    outside = np.abs(places) - half + radius
+    return np.linalg.norm(np.maximum(outside, 0), axis=-1) + np.minimum(outside.max(axis=-1), 0) - radius
+
+
+@pytest.mark.parametrize("rotation", [None, *nightly(reference.random_rotation(np.random.default_rng(3)))])
+def test_labels_of_a_block_have_its_edges(rotation):
+    """They were serrated, by up to a voxel."""
+    half = np.array([14.0, 12.0, 10.0])
+    model = sm.reconstruct(label_of(lambda places: to_block(places, half), rotation), vertices=2500)
+    assert sum(line.length for line in model.creases) == pytest.approx(8 * half.sum(), rel=0.1)
+    at = model.mesh.vertices - 23.5
+    off = to_block(at if rotation is None else at @ rotation, half)
+    assert np.sqrt((off**2).mean()) < 0.3
+
+
+@pytest.mark.parametrize(
+    "distance",
+    [
+        lambda places: np.linalg.norm(places, axis=-1) - 14.3,
+        lambda places: to_block(places, np.array([18.0, 14.0, 11.0]), radius=7.0),  # with flat terraces
+    ],
+)
+def test_labels_of_what_is_round_have_none(distance):
+    assert sm.reconstruct(label_of(distance), vertices=2500).creases == ()
 
 
 @pytest.mark.nightly
@@ -189,11 +219,24 @@ def test_loops_smaller_than_a_face_are_no_lines(seed):
     ],
 )
 def test_lines_go_out_that_do_not_speak_for_edges(monkeypatch, errors, left):
-    monkeypatch.setattr(sharpening, "crease_lines", lambda *given: (range(12), None))
+    lines = [SimpleNamespace(angle=1.0)] * 12
+    monkeypatch.setattr(sharpening, "crease_lines", lambda *given: (lines, None))
     monkeypatch.setattr(sharpening, "evidence", lambda *given: Evidence(np.array(errors), np.ones(12)))
     monkeypatch.setattr(sharpening, "_laid", lambda scene: scene.lines)
     ball = sm.sphere(2)
     assert len(sharpening.sharpened(ball, ball.vertices, np.ones(ball.n_vertices), None) or []) == left
+
+
+def test_lines_of_less_than_an_angle_go_out(monkeypatch):
+    lines = [SimpleNamespace(angle=angle) for angle in (0.5, 1.0, 0.7, 2.0)]
+    monkeypatch.setattr(sharpening, "crease_lines", lambda *given: (lines, None))
+    monkeypatch.setattr(
+        sharpening, "evidence", lambda told, *given: Evidence(20 * np.ones(len(told)), np.ones(len(told)))
+    )
+    monkeypatch.setattr(sharpening, "_laid", lambda scene: scene.lines)
+    ball = sm.sphere(2)
+    for least, left in ((0.0, lines), (0.7, lines[1:]), (0.8, lines[1::2]), (3.0, None)):
+        assert sharpening.sharpened(ball, ball.vertices, np.ones(ball.n_vertices), None, least_angle=least) == left
 
 
 @pytest.mark.parametrize("seed", [0, *nightly(1)])
