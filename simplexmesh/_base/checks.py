@@ -117,7 +117,7 @@ def integer(name: str, value: Any, low: int, high: int | None = None) -> int:
 
 def integers(name: str, values: Sequence[Any], low: int, high: int | None = None) -> list[int]:
     """Return whole numbers between `low` and `high`, given one by one or as one sequence or array."""
-    if len(values) == 1 and isinstance(values[0], Sequence | np.ndarray) and not isinstance(values[0], str | bytes):
+    if len(values) == 1 and (isinstance(values[0], list | tuple | range) or np.ndim(values[0]) == 1):
         values = list(values[0])
     return [integer(name, value, low, high) for value in values]
 

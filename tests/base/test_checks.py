@@ -91,6 +91,18 @@ def test_integers_say_what_is_wrong(value, error, message):
     assert str(caught.value) == message
 
 
+@pytest.mark.parametrize("values", [(4, 7), ([4, 7],), ((4, np.int64(7)),), (range(4, 10, 3),), (np.array([4, 7]),)])
+def test_integers_come_one_by_one_or_as_one_sequence(values):
+    assert checks.integers("line", values, 0) == [4, 7]
+    assert checks.integers("line", (), 0) == checks.integers("line", ([],), 0) == []
+
+
+@pytest.mark.parametrize("values", [({4},), ("47",), (np.array(4.0),), ([[4]],), ([True],), ([4, -1],)])
+def test_other_things_are_no_integers(values):
+    with pytest.raises((TypeError, ValueError), match=r"^line must be "):
+        checks.integers("line", values, 0)
+
+
 @pytest.mark.parametrize(
     ("value", "error", "message"),
     [

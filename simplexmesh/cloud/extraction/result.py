@@ -142,6 +142,8 @@ class Extraction:
         own = (".json", ".vtp", *step.ENDINGS)
         if suffix not in own:
             mesh_path(path, own)
+            if not self.primitives:
+                raise ValueError("no primitives were found whose meshes could be saved")
             replace(as_triangles(self.to_pyvista()), unit=self.cloud.unit).save(path)
             return
         with draft(path) as place:

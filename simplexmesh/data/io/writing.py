@@ -30,10 +30,11 @@ VOLUMES = (".mha", ".nrrd", ".nii", ".nii.gz", ".vti")
 
 
 class Format(NamedTuple):
-    """How a format is written, whether it holds points without faces, which named arrays, and a check for libraries."""
+    """How a format is written, whether it holds points alone and faces, which named arrays, a check for libraries."""
 
     write: Callable[[Path, polydata.Polygons], None]
     of_points: bool = False
+    of_faces: bool = True
     holds: Callable[[str, NDArray[Any]], bool] = lambda name, values: True
     needs: Callable[[], Any] = lambda: None
 
@@ -54,10 +55,10 @@ FORMATS = {
     ".obj": Format(obj.write_obj, holds=of_obj),
     ".off": Format(off.write_off, holds=nothing),
     ".stl": Format(stl.write_stl, holds=nothing),
-    ".xyz": Format(text.write_xyz, of_points=True, holds=nothing),
-    ".las": Format(las.write_las, of_points=True, needs=las.library),
-    ".laz": Format(las.write_las, of_points=True, needs=las.library),
-    ".e57": Format(e57.write_e57, of_points=True, needs=e57.library),
+    ".xyz": Format(text.write_xyz, of_points=True, of_faces=False, holds=nothing),
+    ".las": Format(las.write_las, of_points=True, of_faces=False, needs=las.library),
+    ".laz": Format(las.write_las, of_points=True, of_faces=False, needs=las.library),
+    ".e57": Format(e57.write_e57, of_points=True, of_faces=False, needs=e57.library),
     ".glb": Format(exporting.write_glb, holds=exporting.is_glb_array, needs=exporting.needed),
     ".3mf": Format(exporting.write_3mf, holds=nothing, needs=exporting.needed),
 }

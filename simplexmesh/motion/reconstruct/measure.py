@@ -56,23 +56,23 @@ def measure(run: Run) -> None:
     lid = run.options.holes == "open" and has_lid(run.target, mesh, run.bare)
     off = 0.0 if lid else float((away > limit).mean())
     missed = (missing > limit) & ~enclosed
-    _warn_of_poor_fit(run, off, missed)
+    dense = together(points, missed)
+    _warn_of_poor_fit(run, off, missed, dense)
     walls = not mesh.n_holes and not run.data.layered  # of volumes, cavities that were filled are told
     if walls and (message := walls_message(points, missing, mesh)):
         warn(message + "; components='all' keeps inner bodies and walls of cavities" * run.alone)
-    elif run.alone and missed.mean() <= MOST_MISSED_TOGETHER:
+    elif run.alone and missed.mean() <= MOST_MISSED and dense.mean() <= MOST_MISSED_TOGETHER:
         warn("smaller bodies are left out; components='all' keeps them")
     _warn_of_topology(run, lid=lid)
     run.report(1.0, "done")
 
 
-def _warn_of_poor_fit(run: Run, unseen: float, missed: Mask) -> None:
+def _warn_of_poor_fit(run: Run, unseen: float, missed: Mask, dense: Mask) -> None:
     """Warn when the motion ended early, much of the model has no data nearby, or much of the data no model nearby."""
     if run.diverged:
         warn(f"a part of the motion ended early ({run.diverged}): more data may tell better where the surface is")
     if unseen > MOST_UNSEEN:
         warn(f"{unseen:.0%} of the model is far from any data")
-    dense = together(run.points, missed)
     if missed.mean() > MOST_MISSED:
         warn(missed_message(run, missed, dense))
     elif run.lost:
@@ -83,7 +83,7 @@ def _warn_of_poor_fit(run: Run, unseen: float, missed: Mask) -> None:
 
 def together(points: Array, chosen: Mask) -> Mask:
     """Return those of the chosen points (n,) that others of them are as close to as on a surface, unlike stray ones."""
-    out = chosen.copy()
+    out = np.zeros(len(chosen), bool)
     if chosen.sum() >= NEIGHBORS:
         apart = cKDTree(points[chosen]).query(points[chosen], k=[NEIGHBORS], workers=-1)[0][:, 0]
         out[chosen] = apart < NEAR * spacing_of(uneven_tree(points))

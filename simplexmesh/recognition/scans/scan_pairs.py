@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.units import common_unit
-from simplexmesh._base.vectors import norm
+from simplexmesh._base.vectors import dot, norm
 from simplexmesh.recognition.register._kernels_pose_scoring import TargetGrid
 from simplexmesh.recognition.register.icp import MINIMUM_COSINE, find_correspondences, refined, uncertainty
 from simplexmesh.recognition.register.oriented_points import OrientedPoints, are_inside_out, oriented_points
@@ -38,6 +38,9 @@ WIDEST = 0.03
 
 COARSE_STRIDE, COARSE_STEPS, FINE_STEPS = 5, 10, 20
 """Which of these points, and how many steps, make a refinement with a wide reach; and the steps with a narrow one."""
+
+NEIGHBORS, BORDER = 32, 0.2
+"""Points around one, and how far off the mean of these is at a border, in their radii."""
 
 MOST_EVALUATED = 12
 """Poses of a pair that are refined on its points: other pairs make up for one that is missed, so fewer than for two."""
@@ -132,6 +135,13 @@ class Scan:
         """The tree of the fine points."""
         return cKDTree(self.fine.points)
 
+    @cached_property
+    def inward(self) -> Array:
+        """(n, 3) where the neighbors of fine points are in the mean, in radii of these: 0.42 long at a border."""
+        points = self.fine.points
+        distances, near = self.fine_tree.query(points, k=min(NEIGHBORS, len(points)), workers=-1)
+        return np.asarray((points[near].mean(axis=1) - points) / np.maximum(distances[:, -1:], 1e-300))
+
 
 @dataclass(frozen=True, eq=False)
 class Measured:
@@ -177,7 +187,8 @@ def measure(source: Scan, target: Scan, T: Array, *, wider: Sequence[float] = (1
 def contact(source: Scan, target: Scan, T: Array, *, wider: float = 1.0) -> tuple[float, float]:
     """Return the fraction of the smaller scan that T (4, 4) brings near the other, and the share of it that agrees.
 
-    Beyond the border of the other scan, farther along its surface from a point than these are apart, nothing is near.
+    Beyond the border of the other scan, farther along its surface from a point there than points are apart, nothing is
+    near; between its lines, and where it is sparse, points of both sides are around.
     """
     if source.surface.area > target.surface.area:
         source, target, T = target, source, np.asarray(np.linalg.inv(T), np.float64)
@@ -185,8 +196,13 @@ def contact(source: Scan, target: Scan, T: Array, *, wider: float = 1.0) -> tupl
     found = find_correspondences(
         source.fine, target.fine, target.fine_tree, T, wider * verifier.reach, verifier.samples[0]
     )
-    along = norm(found.points - target.fine.points[found.nearest]) ** 2 - found.residual**2
-    near = found.near & (along < max(source.surface.spacing, target.surface.spacing) ** 2)
+    ways, spacing = (
+        found.points - target.fine.points[found.nearest],
+        max(source.surface.spacing, target.surface.spacing),
+    )
+    along = norm(ways) ** 2 - found.residual**2
+    outward = -dot(ways, target.inward[found.nearest]) > BORDER * norm(ways)
+    near = found.near & ~(outward & (along > spacing**2))
     near &= found.cosine > -MINIMUM_COSINE  # the other side of a thin wall speaks neither for nor against
     agreeing = near & found.inlier & (np.abs(found.residual) < verifier.width)
     return float(near.mean()), float(agreeing.sum() / max(near.sum(), 1))

@@ -194,6 +194,20 @@ def test_files_of_meshes_have_the_triangles_in_their_unit(tmp_path, found, unit)
         assert_allclose(sm.read(tmp_path / name).bounds, scale * bounds, rtol=1e-5)
 
 
+@pytest.mark.parametrize("name", ["labeled.las", "labeled.xyz"])
+def test_files_of_points_are_no_files_of_meshes(tmp_path, found, name):
+    """They had the corners of the triangles drawn."""
+    with pytest.raises(ValueError, match=rf"^path must end in one of \.json, .*, not '{name}'$"):
+        found.save(tmp_path / name)
+
+
+def test_without_primitives_there_are_no_meshes(tmp_path):
+    none = sm.extract_primitives(np.random.default_rng(0).normal(size=(200, 3)))
+    with pytest.raises(ValueError, match=r"^no primitives were found"):
+        none.save(tmp_path / "none.ply")
+    assert not list(tmp_path.iterdir())
+
+
 def test_shown_as_text_and_table(found):
     assert "1 torus in" in repr(found)
     assert "<table>" in found._repr_html_()

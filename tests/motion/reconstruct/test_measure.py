@@ -29,7 +29,7 @@ def said(run, unseen=0.0, *, stray=0.0, together=0.0):
     missed = (rank < together) | (np.random.default_rng(0).permutation(len(POINTS)) < stray * len(POINTS))
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        measure._warn_of_poor_fit(run, unseen, missed)
+        measure._warn_of_poor_fit(run, unseen, missed, measure.together(POINTS, missed))
     return [str(each.message) for each in caught]
 
 
@@ -43,7 +43,7 @@ def test_a_quarter_of_the_model_and_a_twentieth_of_the_data_may_be_far():
 @pytest.mark.parametrize("scale", [1e-3, 1e4])
 def test_data_that_is_far_together_is_told_with_a_place(monkeypatch, scale):
     monkeypatch.setattr(sys.modules[__name__], "POINTS", scale * POINTS)
-    assert said(run(), stray=0.03, together=0.008) == []
+    assert said(run(), stray=0.03, together=0.008) == said(run(), together=0.008) == []
     (told,) = said(run(), together=0.015)
     start, numbers, hint = re.split("[()]", told)
     assert (start, hint) == (

@@ -135,6 +135,20 @@ class TestPoses:
             assert near == pytest.approx(common, abs=0.15)
             assert agreement > 0.97
 
+    def test_what_is_sparse_is_near_too(self):
+        """Two scans of a sheet, each of which is the sparser the nearer it comes to the middle of the other."""
+        rng, both = np.random.default_rng(0), []
+        for side in (1, -1):
+            x, y = 3 * rng.uniform(size=6000) ** 3 - 2.25, rng.uniform(-1, 1, 6000)
+            both.append(np.column_stack([side * x, y, -0.15 * x**2 - 0.2 * y**2]))
+        common = np.mean(both[0][:, 0] > -0.75)
+        first, second = Scan.all_of(both, ("one", "other"))
+        T = np.eye(4)
+        T[:3, 3] = (first.center - second.center) / first.unit
+        near, agreement = contact(first, second, T)
+        assert near == pytest.approx(common, abs=0.04)
+        assert agreement > 0.97
+
     @pytest.mark.parametrize("body", [sm.ellipsoid((3, 2, 1), 20), *nightly(sm.torus(radius=2.0, tube_radius=0.5))])
     def test_of_symmetric_scans_are_told_to_be_one_of_several(self, body):
         at = body.vertices

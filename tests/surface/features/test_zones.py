@@ -7,12 +7,15 @@ import json
 import numpy as np
 import pytest
 import pyvista as pv
+import trimesh
 from numpy.testing import assert_allclose, assert_array_equal
+from scipy.spatial import Delaunay
 
 import simplexmesh as sm
 from simplexmesh.surface.features.zoning.bending import bending
 from simplexmesh.surface.features.zoning.result import zoned
 from tests.nightly.marks import nightly
+from tests.recognition.reference import random_rotation
 from tests.surface.features.parts import noisy, tessellated
 from tests.surface.features.reference import Reference
 from tests.surface.features.scoring import rand_index
@@ -100,6 +103,25 @@ class TestKinds:
 
     def test_of_drafts_of_a_degree(self):
         assert sorted(turned((1, 0), (1 - np.tan(np.radians(1)), 1)).kinds) == ["cone", "plane", "plane"]
+
+    @pytest.mark.parametrize("degrees", [0.2, 2.0])
+    @pytest.mark.parametrize("rows", [2, 3])
+    def test_of_drafts_in_some_rows(self, degrees, rows):
+        """Cylinders and spheres are within a thousandth of them."""
+        heights = np.linspace(0, 1, rows)
+        zones = turned(*zip(1 - heights * np.tan(np.radians(degrees)), heights, strict=True))
+        assert sorted(zones.kinds) == ["cone", "plane", "plane"]
+
+    @pytest.mark.parametrize("seed", range(5))
+    def test_of_flat_faces_with_few_corners_in_digits_of_a_file(self, seed):
+        """On which cones are, to these digits, whose six parameters are as many as there are corners."""
+        rng = np.random.default_rng(seed)
+        for count in (7, 8, 9, 10):
+            angles = 2 * np.pi * (np.arange(count) + rng.uniform(-0.3, 0.3, count)) / count
+            outline = 6.0 * np.column_stack([np.cos(angles), np.sin(angles)])
+            prism = trimesh.creation.extrude_triangulation(outline, Delaunay(outline).simplices, 5.0)
+            corners = np.round(prism.vertices @ random_rotation(rng).T, 3)
+            assert "cone" not in sm.zones(sm.TriangleMesh(corners, prism.faces)).kinds
 
     def test_of_faces_with_most_vertices_on_a_part_of_them(self):
         domed = profile((0, 0), (1, 0), (1, 2), (0, 2), radii=[(2, 1 - 1e-9)])

@@ -218,7 +218,7 @@ class Edges:
     def bridged(self, chosen: Mask, costs: Array, most: Array) -> Mask:
         """Return edges with each free end led to a line nearby by the cheapest path, of cost (e,) up to `most` (n,).
 
-        Ends with a short edge are led first, so that it does not matter how vertices are numbered.
+        Ends with a short edge are led first, so that it hardly matters how vertices are numbered.
         """
         chosen, unchosen, degrees = chosen.copy(), ~chosen, self.degrees(chosen)
         free, own = np.flatnonzero(self.free(chosen)), self.ends[chosen].ravel()

@@ -15,6 +15,9 @@ MOST_POINTS = 500
 EXACT, PRECISE = 1e-3, 1e-5
 """Of a zone's size: a fit that is so close is one, whatever the noise, and one that nothing rivals."""
 
+NEARER = 0.1
+"""Of the error of a simpler kind: a cone is that near to few corners of a plane, whose digits in a file are rounded."""
+
 LARGEST, FARTHEST = 10.0, 300.0
 """Of a zone's size: with a larger radius it is flat for all that can be seen, with an apex farther off a cylinder."""
 
@@ -53,7 +56,7 @@ def kind_of(points: Array, centers: Array, normals: Array, noise: float) -> tupl
             continue
         if rms <= limit:
             fitting.append((name, rms * size, facing))
-        if rms <= PRECISE:
+        if rms <= PRECISE and all(rms * size < NEARER * other for _, other, _ in fitting[:-1]):
             return name, rms * size
         if rms <= 2 * noise / size and facing > 1 - ALIKE and name != RIVALS[0]:
             break
