@@ -20,7 +20,6 @@ from simplexmesh.motion.start.report import FAR
 from simplexmesh.motion.targets.protocol import Target
 from simplexmesh.motion.targets.triangles import inside_surface
 from simplexmesh.motion.topology.handles import HandleProposal
-from simplexmesh.numerics.kd_tree import uneven_tree
 from simplexmesh.numerics.plane_fits import spacing_of
 
 MOST_UNSEEN, MOST_MISSED = 0.25, 0.05
@@ -56,7 +55,7 @@ def measure(run: Run) -> None:
     lid = run.options.holes == "open" and has_lid(run.target, mesh, run.bare)
     off = 0.0 if lid else float((away > limit).mean())
     missed = (missing > limit) & ~enclosed
-    dense = together(points, missed)
+    dense = together(run.tree, missed)
     _warn_of_poor_fit(run, off, missed, dense)
     walls = not mesh.n_holes and not run.data.layered  # of volumes, cavities that were filled are told
     if walls and (message := walls_message(points, missing, mesh)):
@@ -81,12 +80,12 @@ def _warn_of_poor_fit(run: Run, unseen: float, missed: Mask, dense: Mask) -> Non
         warn(missed_message(run, missed, dense))
 
 
-def together(points: Array, chosen: Mask) -> Mask:
+def together(tree: cKDTree, chosen: Mask) -> Mask:
     """Return those of the chosen points (n,) that others of them are as close to as on a surface, unlike stray ones."""
     out = np.zeros(len(chosen), bool)
     if chosen.sum() >= NEIGHBORS:
-        apart = cKDTree(points[chosen]).query(points[chosen], k=[NEIGHBORS], workers=-1)[0][:, 0]
-        out[chosen] = apart < NEAR * spacing_of(uneven_tree(points))
+        points = tree.data[chosen]
+        out[chosen] = cKDTree(points).query(points, k=[NEIGHBORS], workers=-1)[0][:, 0] < NEAR * spacing_of(tree)
     return out
 
 

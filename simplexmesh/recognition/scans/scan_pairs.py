@@ -196,10 +196,8 @@ def contact(source: Scan, target: Scan, T: Array, *, wider: float = 1.0) -> tupl
     found = find_correspondences(
         source.fine, target.fine, target.fine_tree, T, wider * verifier.reach, verifier.samples[0]
     )
-    ways, spacing = (
-        found.points - target.fine.points[found.nearest],
-        max(source.surface.spacing, target.surface.spacing),
-    )
+    ways = found.points - target.fine.points[found.nearest]
+    spacing = max(source.surface.spacing, target.surface.spacing)
     along = norm(ways) ** 2 - found.residual**2
     outward = -dot(ways, target.inward[found.nearest]) > BORDER * norm(ways)
     near = found.near & ~(outward & (along > spacing**2))

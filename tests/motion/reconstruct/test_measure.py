@@ -9,6 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 import simplexmesh as sm
 from simplexmesh.motion.reconstruct import measure, restore
@@ -29,7 +30,7 @@ def said(run, unseen=0.0, *, stray=0.0, together=0.0):
     missed = (rank < together) | (np.random.default_rng(0).permutation(len(POINTS)) < stray * len(POINTS))
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        measure._warn_of_poor_fit(run, unseen, missed, measure.together(POINTS, missed))
+        measure._warn_of_poor_fit(run, unseen, missed, measure.together(cKDTree(POINTS), missed))
     return [str(each.message) for each in caught]
 
 
