@@ -226,7 +226,12 @@ def _moved_onto(scene: Scene, paths: Sequence[Path], creased: Mask) -> tuple[Sim
         now = now.moved(sided.met(now, paths, scene.resolution))
         now = _settled(now, sided, creased, 20, edge)
     now = now.moved(now.vertices + PERTURBATION * edge * np.random.default_rng(0).normal(size=now.vertices.shape))
-    return untangled_by_rings(now, ~creased), sided
+    folded = now.vertices
+
+    def laid(mesh: SimplexMesh) -> SimplexMesh:
+        return mesh.moved(sided.nearest(mesh, (mesh.vertices != folded).any(axis=1)))
+
+    return untangled_by_rings(now, ~creased, laid), sided
 
 
 def _released(scene: Scene, mesh: SimplexMesh, target: Sided, creased: Mask) -> tuple[SimplexMesh, Mask]:
@@ -246,7 +251,7 @@ def _released(scene: Scene, mesh: SimplexMesh, target: Sided, creased: Mask) -> 
 
 def _settled(mesh: SimplexMesh, target: Sided, creased: Mask, iterations: int, edge: float) -> SimplexMesh:
     """Return the mesh with the vertices around creases moved to their data, evenly spread; they and others stay."""
-    held = creased | ~dilated(creased, mesh.neighbors, SETTLED)
+    held = creased | ~(dilated(creased, mesh.neighbors, SETTLED) | target.is_known)
     free = np.where(held, 0.0, 0.4)
     even = np.full((mesh.n_vertices, 3), 1 / 3)
     model = DeformableModel(

@@ -13,12 +13,11 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices, Indices32, Mask
 from simplexmesh._base.vectors import norm, normalized, triangle_vectors
-from simplexmesh.data.points import PointCloud
 from simplexmesh.mesh.face_geometry import face_centroids
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.creases.paths import Path, on_paths
 from simplexmesh.motion.model.state import mean_edge
-from simplexmesh.motion.targets.points import Points
+from simplexmesh.motion.targets.points import SurfelTarget
 from simplexmesh.motion.targets.protocol import BuiltInTarget
 from simplexmesh.motion.targets.triangles import Triangles
 from simplexmesh.motion.topology.face_regions import dilated
@@ -94,12 +93,18 @@ class Sided(BuiltInTarget):
         The target of all data, for parts with few points.
     rounded : float
         Points nearer to a crease belong to no part.
+
+    Attributes
+    ----------
+    is_known : bool
+        Whether the errors of points are: then fits are as wide as faces are flat, and what is whole rounds all of them.
     """
 
     def __init__(self, mesh: SimplexMesh, paths: Sequence[Path], points: Array, whole: Any, rounded: float) -> None:
         c = mesh.connectivity
         self.whole, self.face_parts = whole, parts(mesh, paths)
-        self.bounds = np.asarray(whole.bounds)
+        self.bounds, errors = np.asarray(whole.bounds), whole.errors(points)
+        self.is_known = errors is not None
         of_vertex = self.face_parts[c.vertex_faces]
         part = np.where(of_vertex[:, 1] == of_vertex[:, 2], of_vertex[:, 1], of_vertex[:, 0])  # that of most faces
         owner = np.repeat(np.arange(len(c.face_sizes)), c.face_sizes)
@@ -113,7 +118,9 @@ class Sided(BuiltInTarget):
         clear = (lines.query(points)[0] > rounded) & outward.any(axis=1)  # triangles without area have no side
         own = [np.flatnonzero(clear & (of_point == k)) for k in range(int(self.face_parts.max()) + 1)]
         self.targets = {
-            k: Points(PointCloud(points[rows], outward[rows])) for k, rows in enumerate(own) if len(rows) >= FEWEST
+            k: SurfelTarget(points[rows], outward[rows], None if errors is None else errors[rows])
+            for k, rows in enumerate(own)
+            if len(rows) >= FEWEST
         }
         self._rows = {k: np.flatnonzero(part == k) for k in self.targets}
         self._others = np.flatnonzero(~np.isin(part, list(self.targets)))
@@ -137,6 +144,15 @@ class Sided(BuiltInTarget):
             out[self._others] = self.whole.gap(vertices[self._others], normals[self._others], reach)
         return out
 
+    def nearest(self, mesh: SimplexMesh, chosen: Mask) -> Array:
+        """Return vertices (n, 3) of which some (n,) are moved onto their part where that is within an edge."""
+        vertices, reach = mesh.vertices, mean_edge(mesh)
+        out = vertices.copy()
+        for k, rows in self._rows.items():
+            here, normals, gaps = _facing(self.targets[k], vertices, rows[chosen[rows]], reach)
+            out[here] += gaps[:, None] * normals
+        return out
+
     def met(self, mesh: SimplexMesh, paths: Sequence[Path], resolution: float) -> Array:
         """Return vertices with those of paths moved to where the surfaces of the parts there meet.
 
@@ -150,14 +166,7 @@ class Sided(BuiltInTarget):
         around, at = self.face_parts[mesh.connectivity.vertex_faces[rows]], mesh.vertices[rows]
         A, b = np.zeros((len(rows), 3, 3)), np.zeros((len(rows), 3))
         for k, target in self.targets.items():
-            here = np.flatnonzero((around == k).any(axis=1))
-            if not len(here):
-                continue
-            _, index = nearest(target._surfels, at[here] - target.center, 1)
-            normals = np.ascontiguousarray(target._surfels.table[index[:, 0], 3:6])
-            gaps = target.gap(at[here], normals, farthest)
-            known = ~np.isnan(gaps)
-            here, normals, gaps = here[known], normals[known], gaps[known]
+            here, normals, gaps = _facing(target, at, np.flatnonzero((around == k).any(axis=1)), farthest)
             A[here] += normals[:, :, None] * normals[:, None, :]
             b[here] += gaps[:, None] * normals
         chains = [(path, np.searchsorted(rows, path.vertices)) for path in paths]
@@ -172,6 +181,15 @@ class Sided(BuiltInTarget):
         out = mesh.vertices.copy()
         out[rows] += move
         return out
+
+
+def _facing(target: SurfelTarget, places: Array, rows: Indices, reach: float) -> tuple[Indices, Array, Array]:
+    """Return the rows (k,) of places (n, 3) that a surface is near, its normals there and how far it is along them."""
+    index = nearest(target._surfels, places[rows] - target.center, 1)[1][:, 0]
+    normals = np.ascontiguousarray(target._surfels.table[index, 3:6])
+    gaps = target.gap(places[rows], normals, reach)
+    known = ~np.isnan(gaps)
+    return rows[known], normals[known], gaps[known]
 
 
 def _differences(chains: Sequence[Indices], weights: Sequence[float], count: int) -> csr_array:

@@ -11,8 +11,8 @@ from simplexmesh._base._kernels_njit import njit
 
 
 @njit(cache=True, error_model="numpy", parallel=True)
-def fill_crossings(mask, starts, places, axes, gradients):
-    """Fill midpoint, axis and outward direction of each crossing, minus the region's first moment, as indices."""
+def fill_crossings(mask, starts, places, gradients):
+    """Fill midpoint and outward direction of each crossing, minus the region's first moment, as indices."""
     nx, ny, nz = mask.shape
     for i in prange(2, nx - 1):
         n = starts[i]
@@ -42,5 +42,4 @@ def fill_crossings(mask, starts, places, axes, gradients):
                         gz = push if axis == 2 else gz
                     places[n, 0], places[n, 1], places[n, 2] = mx, my, mz
                     gradients[n, 0], gradients[n, 1], gradients[n, 2] = gx, gy, gz
-                    axes[n] = axis
                     n += 1

@@ -15,7 +15,6 @@ from simplexmesh.motion.targets import _kernels_labels, _kernels_volume
 from simplexmesh.motion.targets.isosurface import PACE, Isosurface
 from simplexmesh.motion.targets.points import SurfelTarget
 from simplexmesh.motion.targets.protocol import checked_arguments
-from simplexmesh.motion.targets.surfels.surfels import fitted_surfels
 
 
 class LabelSurface(SurfelTarget):
@@ -55,9 +54,14 @@ class LabelSurface(SurfelTarget):
         self.unit, self.label = self.volume.unit, label
         mask = _cropped(self.volume, label)
         self._interpolant = Isosurface(mask, 0.5)
-        places, spread, normals = _crossings(mask)
-        center = places.mean(axis=0)
-        self._initialize(fitted_surfels(places - center, normals, spread), center)
+        places, normals = _crossings(mask)
+        super().__init__(places, normals, self.errors(places))
+
+    def errors(self, points: Array) -> Array:
+        """Return one standard deviation (n, 3) of the error of midpoints between voxels, along their grid line."""
+        index = self.volume.to_index(points)
+        axis = np.abs(index - np.round(index)).argmax(axis=1)
+        return np.asarray(self.volume.T_world_index[:3, axis].T / np.sqrt(12.0))
 
     def gap(self, vertices: Array, normals: Array, reach: float) -> Array:  # noqa: D102 documented by the base
         vertices, normals, reach = checked_arguments(vertices, normals, reach)
@@ -66,16 +70,15 @@ class LabelSurface(SurfelTarget):
         return out
 
 
-def _crossings(volume: Volume) -> tuple[Array, Array, Array]:
-    """Return the midpoints of crossings, one standard deviation of their error, and outward normals, all (n, 3)."""
+def _crossings(volume: Volume) -> tuple[Array, Array]:
+    """Return the midpoints (n, 3) of crossings and outward normals (n, 3)."""
     mask = np.ascontiguousarray(volume.values)
     before, *within = (np.count_nonzero(np.diff(mask, axis=axis), axis=(1, 2)) for axis in range(3))
     counts = np.append(0, before) + sum(within)
     n, starts = int(counts.sum()), np.cumsum(counts) - counts
-    places, gradients, axes = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n, np.int64)
-    _kernels_labels.fill_crossings(mask, starts, places, axes, gradients)
-    T = volume.T_world_index[:3, :3]
-    return volume.to_world(places), T.T[axes] / np.sqrt(12.0), normalized(gradients @ np.linalg.inv(T))
+    places, gradients = np.zeros((n, 3)), np.zeros((n, 3))
+    _kernels_labels.fill_crossings(mask, starts, places, gradients)
+    return volume.to_world(places), normalized(gradients @ np.linalg.inv(volume.T_world_index[:3, :3]))
 
 
 def _cropped(volume: Volume, label: int | None) -> Volume:

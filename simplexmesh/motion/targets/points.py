@@ -14,7 +14,7 @@ from simplexmesh.data.points import PointCloud
 from simplexmesh.motion.targets.borders import Border, border_of_points
 from simplexmesh.motion.targets.protocol import BuiltInTarget, checked_arguments
 from simplexmesh.motion.targets.surfels import _kernels_gaps
-from simplexmesh.motion.targets.surfels.surfels import Surfels, fitted_surfels
+from simplexmesh.motion.targets.surfels.surfels import fitted_surfels
 from simplexmesh.numerics.kd_tree import nearest
 
 DETAIL = 0.4
@@ -22,9 +22,18 @@ DETAIL = 0.4
 
 
 class SurfelTarget(BuiltInTarget):
-    """The surface described by surfels; common base of `Points` and `LabelSurface`.
+    """The surface that surfels fitted to points describe; common base of `Points` and `LabelSurface`.
 
     The nearest surfels of each vertex are cached between calls, which does not affect the results.
+
+    Parameters
+    ----------
+    points : (n, 3) array of float
+        Points, noisy or not.
+    normals : (n, 3) array of float, optional
+        Outward normals.
+    errors : (n, 3) array of float, optional
+        One standard deviation of the error of each point, along its direction, if that is known.
 
     Attributes
     ----------
@@ -32,12 +41,10 @@ class SurfelTarget(BuiltInTarget):
         The mean of the data, about which its surface is described.
     """
 
-    _surfels: Surfels
-    center: Array
-
-    def _initialize(self, surfels: Surfels, center: Array) -> None:
-        self._surfels, self.center = surfels, center
-        self._cache, self._spacing = _kernels_gaps.empty_cache(0), surfels.spacing(0.99)
+    def __init__(self, points: Array, normals: Array | None = None, errors: Array | None = None) -> None:
+        self.center: Array = points.mean(axis=0)
+        self._surfels = fitted_surfels(points - self.center, normals, errors)
+        self._cache, self._spacing = _kernels_gaps.empty_cache(0), self._surfels.spacing(0.99)
 
     def gap(self, vertices: Array, normals: Array, reach: float) -> Array:
         """Return (n,) the signed distance along each normal to the surface of the data, NaN beyond `reach`.
@@ -115,8 +122,8 @@ class Points(SurfelTarget):
             cloud = PointCloud(cloud)  # duplicates do no harm here and need not be merged
         self.cloud = cloud if isinstance(cloud, PointCloud) else as_points(cloud, "cloud")
         checks.size("cloud", np.stack([self.cloud.points.min(axis=0), self.cloud.points.max(axis=0)]))
-        self.unit, center = self.cloud.unit, self.cloud.points.mean(axis=0)
-        self._initialize(fitted_surfels(self.cloud.points - center, self.cloud.normals), center)
+        self.unit = self.cloud.unit
+        super().__init__(self.cloud.points, self.cloud.normals)
 
     @cached_property
     def border(self) -> Border:

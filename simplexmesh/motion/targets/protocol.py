@@ -33,6 +33,10 @@ def check_target(target: Any, name: str = "target") -> None:
 class BuiltInTarget:
     """Base class of this library's targets, which do not write to their arguments and so need no read-only views."""
 
+    def errors(self, points: Array) -> Array | None:
+        """Return one standard deviation (n, 3) of the error of data points, along its direction; None if unknown."""
+        return None
+
 
 def target_gaps(target: Any, vertices: Array, normals: Array, reach: float, name: str = "target") -> Array:
     """Return the gaps of a target, checked: one number per vertex."""

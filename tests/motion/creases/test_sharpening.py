@@ -115,15 +115,22 @@ def to_block(places, half, radius=0.0):
     return np.linalg.norm(np.maximum(outside, 0), axis=-1) + np.minimum(outside.max(axis=-1), 0) - radius
 
 
-@pytest.mark.parametrize("rotation", [None, *nightly(reference.random_rotation(np.random.default_rng(3)))])
+@pytest.mark.parametrize(
+    "rotation",
+    [
+        reference.random_rotation(np.random.default_rng(3)),
+        *nightly(None, reference.random_rotation(np.random.default_rng(5))),
+    ],
+)
 def test_labels_of_a_block_have_its_edges(rotation):
-    """They were serrated, by up to a voxel."""
+    """They were serrated, by up to a voxel, and then wavy by half a voxel: midpoints between voxels are no scan."""
     half = np.array([14.0, 12.0, 10.0])
     model = sm.reconstruct(label_of(lambda places: to_block(places, half), rotation), vertices=2500)
     assert sum(line.length for line in model.creases) == pytest.approx(8 * half.sum(), rel=0.1)
     at = model.mesh.vertices - 23.5
     off = to_block(at if rotation is None else at @ rotation, half)
-    assert np.sqrt((off**2).mean()) < 0.3
+    assert np.sqrt((off**2).mean()) < 0.08
+    assert np.abs(off).max() < 0.5
 
 
 @pytest.mark.parametrize(

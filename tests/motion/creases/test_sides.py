@@ -3,6 +3,7 @@
 import numpy as np
 
 import simplexmesh as sm
+from simplexmesh.motion.creases import sides
 from simplexmesh.motion.creases.paths import Path
 from simplexmesh.motion.creases.sides import Sided
 
@@ -20,7 +21,9 @@ def test_both_sides_of_a_thin_body_keep_their_data():
     assert np.abs(gaps).max() < 0.001
 
 
-def test_points_beside_a_face_without_area_are_of_no_part():
+def test_points_beside_a_face_without_area_are_of_no_part(monkeypatch):
+    given = []
+    monkeypatch.setattr(sides, "SurfelTarget", lambda points, normals, errors: given.append(normals))
     ball = sm.sphere(8)
     vertices = ball.vertices.copy()
     collapsed = list(ball.faces[20])
@@ -29,5 +32,19 @@ def test_points_beside_a_face_without_area_are_of_no_part():
     points = np.vstack([spike.triangulated().sampled(2000, rng=0).points, 1.01 * vertices[collapsed[0]]])
     edge = spike.connectivity.edge_vertices[0].astype(np.int64)
     path = Path(0, edge, vertices[edge], closed=False)
-    sided = Sided(spike, [path], points, sm.targets.Points(sm.PointCloud(points)), 0.0)
-    assert np.abs(np.linalg.norm(sided.targets[0].cloud.normals, axis=1) - 1).max() < 1e-12
+    Sided(spike, [path], points, sm.targets.Points(sm.PointCloud(points)), 0.0)
+    assert np.abs(np.linalg.norm(np.concatenate(given), axis=1) - 1).max() < 1e-12
+
+
+def test_some_vertices_are_laid_on_the_data_of_their_part():
+    """Unfolded ones stayed where that had put them, at corners of labeled blocks over a voxel deep."""
+    ball = sm.sphere(20)
+    points = ball.triangulated().sampled(20_000, rng=0).points
+    edge = ball.connectivity.edge_vertices[0].astype(np.int64)
+    path = Path(0, edge, ball.vertices[edge], closed=False)
+    sided = Sided(ball, [path], points, sm.targets.Points(sm.PointCloud(points)), 0.0)
+    dented = ball.moved(0.98 * ball.vertices)
+    some = ball.vertices[:, 2] > 0
+    away = np.linalg.norm(sided.nearest(dented, some), axis=1)
+    assert np.abs(away[some] - np.linalg.norm(ball.vertices[some], axis=1)).max() < 0.003
+    np.testing.assert_array_equal(sided.nearest(dented, some)[~some], dented.vertices[~some])

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 import simplexmesh as sm
 from simplexmesh.data.volume import Volume
 from simplexmesh.motion.targets.labels import LabelSurface, _cropped, _crossings
+from simplexmesh.motion.targets.points import SurfelTarget
 from tests.motion.targets import reference as naive
 from tests.nightly.marks import nightly
 
@@ -105,7 +106,8 @@ def test_crossings_are_those_between_unlike_neighbors(seed):
     rng = np.random.default_rng(seed)
     mask = rng.uniform(size=tuple(rng.integers(2, 6, 3))) < 0.5
     mask[0, 0, 0] = True
-    places, spread, normals = _crossings(_cropped(Volume(mask), 1))
+    places, normals = _crossings(_cropped(Volume(mask), 1))
+    spread = LabelSurface(Volume(mask), 1).errors(places)
     expected, axes = naive.crossings(mask)
     order, wanted = np.lexsort([*places.T]), np.lexsort([*expected.T])
     np.testing.assert_array_equal(places[order], expected[wanted])
@@ -128,10 +130,12 @@ def test_place_and_spacing_are_physical():
     world = grid.to_world(np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), axis=-1))
     values = np.where(np.linalg.norm(world - center, axis=-1) < radius, 7, 3).astype(np.uint8)
     volume = Volume(values, spacing=spacing, origin=origin, direction=turn)
-    places, _, outward = _crossings(_cropped(volume, 7))
+    places, outward = _crossings(_cropped(volume, 7))
     true = (places - center) / np.linalg.norm(places - center, axis=1)[:, None]
     assert (outward * true).sum(axis=1).mean() > 0.93
     target = LabelSurface(volume, 7)
+    axis = np.abs((target.errors(places) @ turn) * np.sqrt(12) / spacing)  # a whole step along one
+    np.testing.assert_allclose(np.sort(axis, axis=1), np.tile([0, 0, 1], (len(axis), 1)), atol=1e-9)
     out = np.random.default_rng(1).normal(size=(1000, 3))
     out /= np.linalg.norm(out, axis=1)[:, None]
     gap = target.gap(center + 8.5 * out, out, 3.0)
@@ -190,6 +194,15 @@ def test_faces_end_at_their_rims(turned):
     ends = beside + (gap[:, None] * normals) @ turn
     assert np.isfinite(gap).mean() > 0.6
     assert np.nanmax(np.abs(box_distance(ends, half))) < np.sqrt(3)
+
+
+def test_midpoints_between_voxels_along_a_flat_face_are_on_it_whatever_their_normals_are():
+    """They have no residuals, so no fit was trusted: near rims normals are those of rounded edges."""
+    places = np.pad(np.argwhere(np.ones((40, 40))) - 19.5, ((0, 0), (0, 1)))
+    errors = np.tile([0, 0, 1 / np.sqrt(12)], (len(places), 1))
+    tilted = np.random.default_rng(0).normal([0, 0, 1], 0.3, places.shape)
+    target = SurfelTarget(places, tilted / np.linalg.norm(tilted, axis=1)[:, None], errors)
+    np.testing.assert_allclose(target.samples()[1], np.tile([0, 0, 1], (len(target.samples()[1]), 1)), atol=1e-12)
 
 
 def test_model_of_a_box_has_no_fins():

@@ -185,7 +185,8 @@ def fitted_surfels(points: Array, normals: Array | None = None, spread: Array | 
     centers, radii = centers_and_radii(cloud)
     cell = float(np.quantile(radii, 0.1)) / 5
     table, report = _fits(cloud, centers, radii)
-    noise, trusted = np.asarray(report.noise), _trusted(report, radii)
+    known = 0.0 if spread is None else norm(errors[centers])
+    noise, trusted = np.asarray(report.noise), _trusted(report, radii, known)
     if spread is not None and normals is not None:  # without outliers, places too thin for a fit are kept as points
         lone = centers[~trusted]
         table[~trusted] = np.hstack([tree.points[lone], facing[lone], np.zeros((len(lone), 6))])
@@ -210,14 +211,17 @@ def _first_occurrences(points: Array) -> Indices:
     return np.sort(order[fresh])
 
 
-def _trusted(report: Goodness, radii: Array) -> Mask:
-    """Return which fits represent a surface: thin relative to the radius, surrounded by points, close to the place."""
+def _trusted(report: Goodness, radii: Array, known: Array | float) -> Mask:
+    """Return which fits represent a surface: thin relative to the radius, surrounded by points, close to the place.
+
+    Residuals may be less than the `known` errors of points: between voxels along a flat face all have the same one.
+    """
     noise = np.asarray(report.noise)
     return np.asarray(
         (noise < 0.3 * radii)
         & (np.asarray(report.eccentricity) < 0.5)
         & (np.asarray(report.used) >= 6)
-        & (np.sqrt(report.variance) <= np.minimum(0.1 * radii, 1.2 * noise))
+        & (np.sqrt(report.variance) <= np.minimum(0.1 * radii, 1.2 * np.maximum(noise, known)))
         & (report.curvature * radii < 1.6)
         & (np.abs(report.offset) < 4.0 * noise + 0.1 * radii)
     )
