@@ -39,6 +39,9 @@ PRIMITIVES = 0.6
 FAILURES = 40
 """Picks in a row that lead to no pipe, after which there are no more."""
 
+MOSTLY = (0.05, 0.95)
+"""Shares of the points of a cylinder before both ends of the stretch that is surely of it, and of no bend."""
+
 SOLID = ("plane", "sphere")
 """Kinds of which no pipe is part: their points are set aside before lines are followed."""
 
@@ -195,7 +198,7 @@ def _plant(
 def _in_pipes(
     scene: Extraction, labels: Indices, even: Even, origin: Array, limits: tuple[float, float], gap: float, taken: Mask
 ) -> Iterator[Beginning]:
-    """Yield beginnings in the middle of the cylinders, then the tori of a scene, but for those whose points are taken.
+    """Yield beginnings along the cylinders, then amid the tori of a scene, but for those whose points are taken.
 
     Runs come before their branches, which are followed on what is not taken: they would turn into runs as wide as they.
     """
@@ -207,11 +210,14 @@ def _in_pipes(
 
     for k, each in sorted(found, key=order):
         place, direction, seen = _middle(each)
-        if taken[labels == k].mean() <= 0.5 and _is_wanted(seen, limits):
+        own = labels == k
+        if taken[own].mean() <= 0.5 and _is_wanted(seen, limits):
             radius, given = float(np.clip(seen, *limits)), limits[0] == limits[1]
             points = even.points[even.rows[~taken[even.rows]]]
             around = Surroundings(points, radius, radius_is_given=given, noise=scene.noise)
-            yield Beginning(around, place - origin, direction, gap)
+            heights = (even.points[own] - (place - origin)) @ direction
+            low, high = np.quantile(heights, MOSTLY) if isinstance(each, Cylinder) else (0.0, 0.0)
+            yield Beginning(around, place - origin, direction, gap, (low, high))
 
 
 def _may_be_of_pipe(shape: Primitive) -> TypeGuard[Cylinder | Torus]:

@@ -199,6 +199,15 @@ def test_lines_stand_out_of_what_is_beside_them():
         assert not is_peaked(clutter, deviation)
 
 
+def test_a_pipe_is_followed_of_whose_middle_little_is_seen():
+    rng = np.random.default_rng(0)
+    points = sampled(chain_of([[0, 0, 0], [30.0, 0, 0]], [], 1.0), rng, 15.0, 0.01)[0]
+    turn = np.abs(np.arctan2(points[:, 1], points[:, 2]))
+    seen = turn < np.where(np.abs(points[:, 0] - 15) < 5, 0.3, 1.8)
+    (line,) = sm.extract_pipes(points[seen]).lines
+    assert line.length > 29
+
+
 @pytest.mark.parametrize("around", [False, *nightly(True)])
 def test_lines_of_a_scanner_far_apart_are_followed(around):
     chain = chain_of([[0, 0, 0], [12, 0, 0], [12, 12.0, 0]], [3.0], 1.0)
