@@ -258,12 +258,16 @@ def _picked(
     noise: float,
     rng: np.random.Generator,
 ) -> Iterator[Beginning]:
-    """Yield beginnings at likely points that are not taken, nor explained by primitives, until many lead to none."""
+    """Yield beginnings at likely points that are not taken, nor explained by primitives, until many lead to none.
+
+    No point is tried that is near another one: what is wrong there, at the edge of a beam, is wrong with both.
+    """
     taken |= explained
-    failures, found = 0, 0
+    tried, failures, found = np.zeros(len(taken), bool), 0, 0
     for pick in even.rows[likely_picks(even.points[even.rows], rng)]:
-        if taken[pick]:
+        if taken[pick] or tried[pick]:
             continue
+        tried[even.near(np.array([pick]), FEWEST)[1]] = True
         failures, found = (failures + 1, found) if taken.sum() == found else (1, int(taken.sum()))
         if failures > FAILURES:
             return

@@ -12,8 +12,9 @@ from scipy.spatial import cKDTree
 import simplexmesh as sm
 from simplexmesh.cloud.pipes.chain import chain_of
 from simplexmesh.cloud.pipes.follow import line_of
-from simplexmesh.cloud.pipes.plant import is_peaked
+from simplexmesh.cloud.pipes.plant import _picked, is_peaked
 from simplexmesh.cloud.pipes.tees import with_tees
+from simplexmesh.numerics import scan_lines
 from tests.cloud.pipes.lines import random_chain, random_line, sampled
 from tests.nightly.marks import nightly
 
@@ -206,6 +207,21 @@ def test_a_pipe_is_followed_of_whose_middle_little_is_seen():
     seen = turn < np.where(np.abs(points[:, 0] - 15) < 5, 0.3, 1.8)
     (line,) = sm.extract_pipes(points[seen]).lines
     assert line.length > 29
+
+
+def test_picks_are_not_tried_beside_each_other(monkeypatch):
+    places, points = [], np.concatenate(two_lines())
+
+    def refused(tree, place, *_):
+        places.append(place)
+        raise ValueError
+
+    monkeypatch.setattr("simplexmesh.cloud.pipes.plant.beginning", refused)
+    even, none = scan_lines.even(cKDTree(points)), np.zeros(len(points), bool)
+    assert not [*_picked(even, (0, np.inf), 5.0, none, none, 0.01, np.random.default_rng(0))]
+    apart = np.linalg.norm(np.array(places)[:, None] - places, axis=2)[np.triu_indices(len(places), 1)]
+    assert len(places) > 10
+    assert apart.min() > 0.5  # of the thin pipe 100 points are within 0.6
 
 
 @pytest.mark.parametrize("around", [False, *nightly(True)])
