@@ -19,12 +19,13 @@ from simplexmesh.cloud.extraction.extract import extract_primitives
 from simplexmesh.cloud.extraction.result import Extraction
 from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.cloud.given_cloud import given_cloud
+from simplexmesh.cloud.pipes.doubts import is_peaked, is_round
 from simplexmesh.cloud.pipes.ends import with_stops
 from simplexmesh.cloud.pipes.follow import followed, line_of, on_line, radius_limits
 from simplexmesh.cloud.pipes.line import PipeElement, PipeLine, Pipes
-from simplexmesh.cloud.pipes.seeds import likely_picks
 from simplexmesh.cloud.pipes.tees import REACH, with_tees
 from simplexmesh.cloud.pipes.tolerances import ALIKE, BAND, FEWEST, SHORT
+from simplexmesh.cloud.pipes.tracing.seeds import likely_picks
 from simplexmesh.cloud.pipes.tracing.start import Beginning, beginning
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import JUMP
@@ -284,19 +285,13 @@ def _lines(tree: cKDTree, origin: Array, starts: Iterable[Beginning], taken: Mas
             chain, covariance, deviation, stops = followed(start)
             wide, distance = on_line(chain, tree, BAND * float(chain.radii.min()))
             at = wide[np.abs(distance) < WITHIN * deviation]
-            short = chain.stations[-1] < 2 * SHORT * chain.radii.max()
-            if short or not is_peaked(distance, deviation) or len(at) < FEWEST or taken[at].mean() > 0.5:
+            short = chain.stations[-1] < 2 * SHORT * chain.radii.max() or len(at) < FEWEST
+            if short or taken[at].mean() > 0.5 or not is_peaked(distance, deviation):
+                continue
+            if not is_round(chain, np.asarray(tree.data)[at]):
                 continue
             lines.append(line_of(tree, origin, chain, covariance, deviation, stops))
         except (ValueError, np.linalg.LinAlgError):
             continue
         taken[wide[np.abs(distance) < 2 * WITHIN * deviation]] = True
     return sorted(lines, key=lambda line: -int((line.labels >= 0).sum()))
-
-
-def is_peaked(distance: Array, deviation: float) -> bool:
-    """Whether most distances are of the surface, and not of what is as dense beside it: two deviations are near."""
-    off = np.abs(distance) / (2 * deviation)
-    near = int((off < 1).sum())
-    beside = (len(off) - near) / (off.max(initial=2.0) - 1)
-    return 2 * (near - beside) > len(off)
