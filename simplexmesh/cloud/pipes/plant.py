@@ -19,12 +19,13 @@ from simplexmesh.cloud.extraction.extract import extract_primitives
 from simplexmesh.cloud.extraction.result import Extraction
 from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.cloud.given_cloud import given_cloud
+from simplexmesh.cloud.pipes.doubts import is_peaked, is_round
 from simplexmesh.cloud.pipes.ends import with_stops
 from simplexmesh.cloud.pipes.follow import followed, line_of, on_line, radius_limits
 from simplexmesh.cloud.pipes.line import PipeElement, PipeLine, Pipes
-from simplexmesh.cloud.pipes.seeds import likely_picks
 from simplexmesh.cloud.pipes.tees import REACH, with_tees
 from simplexmesh.cloud.pipes.tolerances import ALIKE, BAND, FEWEST, SHORT
+from simplexmesh.cloud.pipes.tracing.seeds import likely_picks
 from simplexmesh.cloud.pipes.tracing.start import Beginning, beginning
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.cloud.pipes.tracing.tracking import JUMP
@@ -38,6 +39,9 @@ PRIMITIVES = 0.6
 
 FAILURES = 40
 """Picks in a row that lead to no pipe, after which there are no more."""
+
+MOSTLY = (0.05, 0.95)
+"""Shares of the points of a cylinder before both ends of the stretch that is surely of it, and of no bend."""
 
 SOLID = ("plane", "sphere")
 """Kinds of which no pipe is part: their points are set aside before lines are followed."""
@@ -195,7 +199,7 @@ def _plant(
 def _in_pipes(
     scene: Extraction, labels: Indices, even: Even, origin: Array, limits: tuple[float, float], gap: float, taken: Mask
 ) -> Iterator[Beginning]:
-    """Yield beginnings in the middle of the cylinders, then the tori of a scene, but for those whose points are taken.
+    """Yield beginnings along the cylinders, then amid the tori of a scene, but for those whose points are taken.
 
     Runs come before their branches, which are followed on what is not taken: they would turn into runs as wide as they.
     """
@@ -207,11 +211,14 @@ def _in_pipes(
 
     for k, each in sorted(found, key=order):
         place, direction, seen = _middle(each)
-        if taken[labels == k].mean() <= 0.5 and _is_wanted(seen, limits):
+        own = labels == k
+        if taken[own].mean() <= 0.5 and _is_wanted(seen, limits):
             radius, given = float(np.clip(seen, *limits)), limits[0] == limits[1]
             points = even.points[even.rows[~taken[even.rows]]]
             around = Surroundings(points, radius, radius_is_given=given, noise=scene.noise)
-            yield Beginning(around, place - origin, direction, gap)
+            heights = (even.points[own] - (place - origin)) @ direction
+            low, high = np.quantile(heights, MOSTLY) if isinstance(each, Cylinder) else (0.0, 0.0)
+            yield Beginning(around, place - origin, direction, gap, (low, high))
 
 
 def _may_be_of_pipe(shape: Primitive) -> TypeGuard[Cylinder | Torus]:
@@ -252,12 +259,16 @@ def _picked(
     noise: float,
     rng: np.random.Generator,
 ) -> Iterator[Beginning]:
-    """Yield beginnings at likely points that are not taken, nor explained by primitives, until many lead to none."""
+    """Yield beginnings at likely points that are not taken, nor explained by primitives, until many lead to none.
+
+    No point is tried that is near another one: what is wrong there, at the edge of a beam, is wrong with both.
+    """
     taken |= explained
-    failures, found = 0, 0
+    tried, failures, found = np.zeros(len(taken), bool), 0, 0
     for pick in even.rows[likely_picks(even.points[even.rows], rng)]:
-        if taken[pick]:
+        if taken[pick] or tried[pick]:
             continue
+        tried[even.near(np.array([pick]), FEWEST)[1]] = True
         failures, found = (failures + 1, found) if taken.sum() == found else (1, int(taken.sum()))
         if failures > FAILURES:
             return
@@ -274,19 +285,13 @@ def _lines(tree: cKDTree, origin: Array, starts: Iterable[Beginning], taken: Mas
             chain, covariance, deviation, stops = followed(start)
             wide, distance = on_line(chain, tree, BAND * float(chain.radii.min()))
             at = wide[np.abs(distance) < WITHIN * deviation]
-            short = chain.stations[-1] < 2 * SHORT * chain.radii.max()
-            if short or not is_peaked(distance, deviation) or len(at) < FEWEST or taken[at].mean() > 0.5:
+            short = chain.stations[-1] < 2 * SHORT * chain.radii.max() or len(at) < FEWEST
+            if short or taken[at].mean() > 0.5 or not is_peaked(distance, deviation):
+                continue
+            if not is_round(chain, np.asarray(tree.data)[at]):
                 continue
             lines.append(line_of(tree, origin, chain, covariance, deviation, stops))
         except (ValueError, np.linalg.LinAlgError):
             continue
         taken[wide[np.abs(distance) < 2 * WITHIN * deviation]] = True
     return sorted(lines, key=lambda line: -int((line.labels >= 0).sum()))
-
-
-def is_peaked(distance: Array, deviation: float) -> bool:
-    """Whether most distances are of the surface, and not of what is as dense beside it: two deviations are near."""
-    off = np.abs(distance) / (2 * deviation)
-    near = int((off < 1).sum())
-    beside = (len(off) - near) / (off.max(initial=2.0) - 1)
-    return 2 * (near - beside) > len(off)

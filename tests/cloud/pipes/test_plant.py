@@ -11,9 +11,11 @@ from scipy.spatial import cKDTree
 
 import simplexmesh as sm
 from simplexmesh.cloud.pipes.chain import chain_of
+from simplexmesh.cloud.pipes.doubts import is_peaked, is_round
 from simplexmesh.cloud.pipes.follow import line_of
-from simplexmesh.cloud.pipes.plant import is_peaked
+from simplexmesh.cloud.pipes.plant import _picked
 from simplexmesh.cloud.pipes.tees import with_tees
+from simplexmesh.numerics import scan_lines
 from tests.cloud.pipes.lines import random_chain, random_line, sampled
 from tests.nightly.marks import nightly
 
@@ -197,6 +199,52 @@ def test_lines_stand_out_of_what_is_beside_them():
     assert not is_peaked(np.concatenate([pipe, clutter]), 0.01)
     for deviation in (0.01, 0.06, 0.1):
         assert not is_peaked(clutter, deviation)
+
+
+def square_bar(rng, count=4000):
+    """Points on two sides of a bar of 2 by 2, 40 long."""
+    side, along, across = rng.integers(2, size=count), rng.uniform(0, 40, count), rng.uniform(-1, 1, count)
+    return np.stack([along, np.where(side, 1, across), np.where(side, across, 1)], axis=1)
+
+
+def test_bars_are_not_round():
+    rng = np.random.default_rng(0)
+    chain, width = chain_of([[0, 0, 0], [40.0, 0, 0]], [], 1.1), rng.normal(size=(4000, 3))
+    assert not is_round(chain, square_bar(rng) + 0.02 * width)
+    assert not is_round(chain, square_bar(rng) + 0.05 * width)
+    bent = random_chain(rng)
+    for noise in (0, 0.02, 0.2):
+        for one in (chain, bent):
+            assert is_round(one, sampled(one, rng, 4.0, noise)[0])
+
+
+def test_lines_that_are_not_round_are_none(monkeypatch):
+    monkeypatch.setattr("simplexmesh.cloud.pipes.plant.is_round", lambda *_: False)
+    assert sm.extract_pipes(np.concatenate(two_lines())).lines == ()
+
+
+def test_a_pipe_is_followed_of_whose_middle_little_is_seen():
+    rng = np.random.default_rng(0)
+    points = sampled(chain_of([[0, 0, 0], [30.0, 0, 0]], [], 1.0), rng, 15.0, 0.01)[0]
+    turn = np.abs(np.arctan2(points[:, 1], points[:, 2]))
+    seen = turn < np.where(np.abs(points[:, 0] - 15) < 5, 0.3, 1.8)
+    (line,) = sm.extract_pipes(points[seen]).lines
+    assert line.length > 29
+
+
+def test_picks_are_not_tried_beside_each_other(monkeypatch):
+    places, points = [], np.concatenate(two_lines())
+
+    def refused(tree, place, *_):
+        places.append(place)
+        raise ValueError
+
+    monkeypatch.setattr("simplexmesh.cloud.pipes.plant.beginning", refused)
+    even, none = scan_lines.even(cKDTree(points)), np.zeros(len(points), bool)
+    assert not [*_picked(even, (0, np.inf), 5.0, none, none, 0.01, np.random.default_rng(0))]
+    apart = np.linalg.norm(np.array(places)[:, None] - places, axis=2)[np.triu_indices(len(places), 1)]
+    assert len(places) > 10
+    assert apart.min() > 0.5  # of the thin pipe 100 points are within 0.6
 
 
 @pytest.mark.parametrize("around", [False, *nightly(True)])

@@ -159,3 +159,15 @@ def excess(local, count, bend):
     if among < 10 or least_share(x, y, xy) < ROUND or not solve(matrix, right, 3):
         return 0.0
     return right[0]
+
+
+@jit
+def fill_supports(flat, normals, centers, radii, band, aligned, support):
+    """Fill of circles (m,) in a plane how many points are on each, less than whole ones the farther off they are."""
+    for k in range(len(centers)):
+        for i in range(len(flat)):
+            x, y = flat[i, 0] - centers[k, 0], flat[i, 1] - centers[k, 1]
+            far = math.sqrt(x * x + y * y)
+            off = (far - radii[k]) / band
+            if off * off < 1 and abs(x * normals[i, 0] + y * normals[i, 1]) > aligned * far:
+                support[k] += 1 - off * off

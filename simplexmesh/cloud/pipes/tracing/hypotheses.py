@@ -17,6 +17,7 @@ from simplexmesh._base.vectors import cross, dot, norm, tangents
 from simplexmesh.cloud.extraction.working import FEW, from_quadrics
 from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.cloud.pipes.tolerances import FEWEST
+from simplexmesh.cloud.pipes.tracing import _kernels_tracing
 from simplexmesh.data.primitives import Cylinder
 from simplexmesh.numerics.plane_fits import fitted
 
@@ -102,10 +103,8 @@ def circle_of(away: Array, normals: Array, axis: Array, limits: tuple[float, flo
         return None
     radii = np.clip(seen, *limits)
     centers *= (radii / seen)[:, None]
-    out = flat - centers[:, None]
-    far = norm(out)
-    off = (far - radii[:, None]) / (WITHIN * max(noise, 1e-9 * size))
-    aligned = np.abs((out * facing).sum(axis=2)) > ALIGNED * far
-    support = (np.maximum(1 - off**2, 0) * aligned).sum(axis=1)
+    support = np.zeros(len(centers))
+    band = WITHIN * max(noise, 1e-9 * size)
+    _kernels_tracing.fill_supports(flat, facing, centers, radii, band, ALIGNED, support)
     k = int(support.argmax())
     return Fitting(float(support[k]), centers[k] @ frame, axis, float(radii[k]))

@@ -16,7 +16,7 @@ from simplexmesh.cloud.pipes.tolerances import BAND, FACING, FEWEST, NEAR, SHORT
 from simplexmesh.cloud.pipes.tracing._kernels_tracing import STEP
 from simplexmesh.cloud.pipes.tracing.hypotheses import hypotheses, noise_at
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
-from simplexmesh.cloud.pipes.tracing.tracking import Track, settled, traced
+from simplexmesh.cloud.pipes.tracing.tracking import Track, along, settled, traced
 from simplexmesh.data.primitives import Cylinder
 
 ON, FAR_OFF = 0.2, 2
@@ -28,19 +28,27 @@ ANY = (0.0, np.inf)
 
 @dataclass(frozen=True)
 class Beginning:
-    """A place on the axis of a pipe, its direction, what is around it, and the longest shadow to jump over."""
+    """A place on the axis of a pipe, its direction, what is around it, and the longest shadow to jump over.
+
+    `stretch` has the heights about the place between which the pipe is known to be straight.
+    """
 
     around: Surroundings
     point: Array
     direction: Array
     gap: float
+    stretch: tuple[float, float] = (0.0, 0.0)
 
     @cached_property
     def track(self) -> Track:
         """The axis both ways."""
-        found = traced(self.around, self.point, self.direction, jump=self.gap)
-        if found is None:
+        known = along(self.around, self.point, self.direction, self.stretch)
+        first = None if known else settled(self.around, self.point, self.direction)
+        if first is not None:
+            known = [first]
+        if not known:
             raise ValueError("pick must be on a pipe, but no points gather on the axis of the cylinder there")
+        found = traced(self.around, known, jump=self.gap)
         if "length" in found.stops:
             raise ValueError("pick must be on a pipe, but that which is there is longer than its points are many")
         return found

@@ -6,6 +6,7 @@ propagation of Chaperon (2002, 3.2) with its half-balls, stop tests and jumps ov
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import takewhile
 from statistics import median
@@ -40,6 +41,9 @@ MOST_TURN = np.radians(110)
 
 MOST_GATHERED = 3000
 """Points behind a shadow that are looked at."""
+
+ON_AXIS = 0.3
+"""Distance from an axis that is known of a place where points gather."""
 
 CROSSING = 0.8
 """Distance from a place long passed at which a pipe would be in itself."""
@@ -82,19 +86,33 @@ class Track:
         return np.array([step.direction for step in self.steps])
 
 
-def traced(around: Surroundings, point: Array, direction: Array, *, jump: float = JUMP) -> Track | None:
-    """Return the track of a pipe both ways from a place on its axis; None if there is no pipe of this radius.
+def traced(around: Surroundings, known: list[Step], *, jump: float = JUMP) -> Track:
+    """Return the track of a pipe both ways from steps that are known of it.
 
-    One that comes back to that place is closed: the other way is the same.
+    One that comes back to where it begins is closed: the other way is the same.
     """
-    first = settled(around, point, direction)
-    if first is None:
-        return None
-    onward, end = _followed(around, [first], jump)
-    if end == "closed" and norm(onward[-1].point - first.point) < 3 * STEP * around.radius:
+    onward, end = _followed(around, known.copy(), jump)
+    if end == "closed" and norm(onward[-1].point - known[0].point) < 3 * STEP * around.radius:
         return Track(onward, [end, end])
-    back, start = _followed(around, [first._replace(direction=-first.direction)], jump)
-    return Track([*(step._replace(direction=-step.direction) for step in reversed(back[1:])), *onward], [start, end])
+    back, start = _followed(around, _turned(known), jump)
+    return Track([*_turned(back[len(known) :]), *onward], [start, end])
+
+
+def _turned(steps: Sequence[Step]) -> list[Step]:
+    """Return steps from the last one to the first."""
+    return [step._replace(direction=-step.direction) for step in reversed(steps)]
+
+
+def along(around: Surroundings, point: Array, direction: Array, stretch: tuple[float, float]) -> list[Step]:
+    """Return the steps on a stretch of an axis, between two heights about a point, where points gather."""
+    r = around.radius
+    places = point + np.arange(*stretch, STEP * r)[:, None] * direction
+    found = ((place, located(around, place, direction)) for place in places)
+    return [
+        step._replace(point=place, direction=direction)
+        for place, step in found
+        if step is not None and step.spread > SPREAD and norm(step.point - place) < ON_AXIS * r
+    ]
 
 
 def settled(around: Surroundings, point: Array, direction: Array) -> Step | None:
