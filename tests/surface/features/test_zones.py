@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 import trimesh
+from manifold3d import Manifold
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial import Delaunay
 
@@ -122,6 +123,14 @@ class TestKinds:
             prism = trimesh.creation.extrude_triangulation(outline, Delaunay(outline).simplices, 5.0)
             corners = np.round(prism.vertices @ random_rotation(rng).T, 3)
             assert "cone" not in sm.zones(sm.TriangleMesh(corners, prism.faces)).kinds
+
+    @pytest.mark.parametrize("segments", [16, 20, 24])
+    def test_of_bored_balls_whose_rims_are_on_chords(self, segments):
+        ball = Manifold.sphere(1, segments).rotate((20, 30, 0)) - Manifold.cylinder(4, 0.3, -1, 64, center=True)
+        solid = ball.trim_by_plane((0.3, 0.5, 1), -0.5).to_mesh64()
+        zones = sm.zones(sm.TriangleMesh(solid.vert_properties[:, :3], solid.tri_verts))
+        assert zones.kinds[0] == "sphere"
+        assert zones.errors[0] < 1e-6
 
     def test_of_faces_with_most_vertices_on_a_part_of_them(self):
         domed = profile((0, 0), (1, 0), (1, 2), (0, 2), radii=[(2, 1 - 1e-9)])

@@ -9,6 +9,9 @@ from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import dot, norm, normalized
 from simplexmesh.numerics.round_fits import across_normals, ball, cone_apex, from_axis, met_axis
 
+FREE = "free form"
+"""What is none of the others."""
+
 MOST_POINTS = 500
 """Points and triangles that a fit looks at."""
 
@@ -29,15 +32,18 @@ RIVALS = ("cone", "sphere")
 """Of these the nearer one counts, as with noise a short band is near both."""
 
 
-def kind_of(points: Array, centers: Array, normals: Array, noise: float) -> tuple[str, float]:
+def kind_of(
+    points: Array, centers: Array, normals: Array, noise: float, rims: Array | None = None
+) -> tuple[str, float]:
     """Return what points (n, 3), and triangles (t, 3) with their normals, are samples of, and the rms distance to that.
 
     A kind is the one if the rms is within twice the noise, or a thousandth of the zone's size; that of a free form is
     the least of all. Points that are on a kind to the digits of a file are on no simpler one that they are only near.
-    Too few points for a kind do not speak for it.
+    Too few points for a kind do not speak for it. Of `rims` (m, 3) all are as near to it as triangles are, at least.
     """
     size = max(float(norm(np.ptp(points, axis=0))), 1e-300)
     middle, step, leap = centers.mean(axis=0), max(1, len(points) // MOST_POINTS), max(1, len(centers) // MOST_POINTS)
+    rims = (centers[:0] if rims is None else rims - middle) / size
     points, centers, normals = (points[::step] - middle) / size, (centers[::leap] - middle) / size, normals[::leap]
     limit, least, fitting = max(2 * noise / size, EXACT), np.inf, list[tuple[str, float, float]]()
     for name, start, distances, parameters in FITS:
@@ -52,7 +58,7 @@ def kind_of(points: Array, centers: Array, normals: Array, noise: float) -> tupl
         least = min(least, rms)
         rise = distances(centers + 1e-3 * normals, x) - distances(centers - 1e-3 * normals, x)
         facing = float(np.median(np.abs(rise))) / 2e-3
-        if facing < FACING:
+        if facing < FACING or np.abs(distances(rims, x)).max(initial=0.0) > np.abs(distances(centers, x)).max():
             continue
         if rms <= limit:
             fitting.append((name, rms * size, facing))
@@ -65,7 +71,7 @@ def kind_of(points: Array, centers: Array, normals: Array, noise: float) -> tupl
     if alike:
         rivals = [fit for fit in alike if fit[0] in RIVALS] if alike[0][0] in RIVALS else alike[:1]
         return min(rivals, key=lambda fit: fit[1])
-    return "free form", least * size if np.isfinite(least) else float("nan")
+    return FREE, least * size if np.isfinite(least) else float("nan")
 
 
 def _plane(points: Array, normals: Array) -> Array:

@@ -22,7 +22,7 @@ from simplexmesh.surface.features.lines.network import FeatureLine, FeatureNetwo
 from simplexmesh.surface.features.zoning import edits
 from simplexmesh.surface.features.zoning._kernels_fronts import grow
 from simplexmesh.surface.features.zoning.bending import bending
-from simplexmesh.surface.features.zoning.kinds import kind_of
+from simplexmesh.surface.features.zoning.kinds import FREE, kind_of
 from simplexmesh.surface.features.zoning.straddling import sided
 
 if TYPE_CHECKING:
@@ -86,20 +86,24 @@ class Zones:
 
     @cached_property
     def _fits(self) -> list[tuple[str, float]]:
-        """The kind and rms of each zone."""
-        found, vertices, out = self.network._found, self.mesh.vertices, []
-        inner = np.ones(len(vertices), bool)
-        inner[self._astride] = False
-        clear = np.all(inner[self.mesh.faces], axis=1)
+        """The kind and rms of each zone; rims on chords of a clean ball make it a free form, which it is not inside."""
+        clear, inside = (_others(off, self.mesh.n_vertices) for off in (self._astride, self._between))
+        out = []
         for k in range(len(self)):
-            triangles = np.flatnonzero(self.labels == k)
-            corners = np.unique(self.mesh.faces[triangles])
-            points = vertices[_most_inside(corners, inner)]
-            triangles = _most_inside(triangles, clear)
-            centers = vertices[self.mesh.faces[triangles]].mean(axis=1)
-            noise = float(found.edges.facets.noise[triangles].mean())
-            out.append(kind_of(points, centers, found.normals[triangles], noise))
+            fit = self._fit(k, clear, clear)
+            within = self._fit(k, inside, clear) if fit[0] == FREE else fit
+            out.append(fit if within[0] == FREE else within)
         return out
+
+    def _fit(self, zone: int, inner: Mask, clear: Mask) -> tuple[str, float]:
+        """Return the kind and rms of a zone from its `inner` vertices if they are enough; `clear` ones are near it."""
+        found, vertices, faces = self.network._found, self.mesh.vertices, self.mesh.faces
+        triangles = np.flatnonzero(self.labels == zone)
+        corners = np.unique(faces[triangles])
+        points, rims = vertices[_most_inside(corners, inner)], vertices[corners[(clear & ~inner)[corners]]]
+        triangles = _most_inside(triangles, np.all(inner[faces], axis=1))
+        noise = float(found.edges.facets.noise[triangles].mean())
+        return kind_of(points, vertices[faces[triangles]].mean(axis=1), found.normals[triangles], noise, rims)
 
     @property
     def kinds(self) -> tuple[str, ...]:
@@ -110,6 +114,13 @@ class Zones:
     def errors(self) -> Array:
         """The rms distance (z,) of the vertices from the fit of that kind, of a free form from the nearest of all."""
         return np.array([error for _, error in self._fits])
+
+    @property
+    def _between(self) -> Indices:
+        """Vertices between zones, or on sharp edges."""
+        edges = self.network._found.edges
+        across = self.labels[edges.sides[:, 0]] != self.labels[edges.sides[:, 1]]
+        return np.unique(edges.ends[across | self.network._chosen])
 
     @property
     def _astride(self) -> Indices:
@@ -290,6 +301,11 @@ class Zones:
                     place.write_text(json.dumps(self.as_dict(), indent=1))
         else:
             raise ValueError(f"path must end in .vtp, .json or .stl, not {path.name!r}")
+
+
+def _others(gone: Indices, count: int) -> Mask:
+    """Return which of so many rows are not gone."""
+    return np.isin(np.arange(count), gone, invert=True)
 
 
 def _most_inside(rows: Indices, inside: Mask) -> Indices:
