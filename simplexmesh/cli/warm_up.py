@@ -80,22 +80,6 @@ def examples() -> dict[str, Callable[[], Any]]:
     few: dict[str, Any] = {"vertices": 7000, "iterations": 20}
     small: dict[str, Any] = {"vertices": 800, "iterations": 50}
 
-    def library() -> None:
-        with tempfile.TemporaryDirectory() as folder:
-            models = sm.ModelLibrary(Path(folder, "models.sml"))
-            models.add("egg", egg)
-            models.recognize(egg)
-
-    def edit(mesh: sm.EditableMesh) -> None:
-        mesh.refine_faces([0])
-        mesh.remove_faces([100])
-        mesh.undo()
-        ball.connectivity.rings(1)
-
-    def fits() -> None:
-        cylinder = sm.fit_primitive(pipe, "cylinder")
-        cylinder.stepped(np.zeros(cylinder.n_parameters)).derivatives(pipe)
-
     return {
         "reconstruct a volume": lambda: [
             sm.reconstruct((20 * (9.5 - grid)).clip(0).astype(kind), level=50.0, **size)
@@ -110,18 +94,14 @@ def examples() -> dict[str, Callable[[], Any]]:
         ),
         "decimate": lambda: (sm.decimate(ball, vertices=2000), sm.decimate(sm.sphere(4), tolerance=0.05)),
         "register": lambda: sm.register(egg[egg[:, 0] > -1], egg),
-        "library": library,
+        "library": recognize,
         "reconstruct a label": lambda: sm.reconstruct(((grid < 9) & drilled).astype(np.uint8), tunnels=6.0, **few),
         "reconstruct points": lambda: sm.reconstruct(ball.vertices, **few),
         "reconstruct triangles": lambda: sm.reconstruct(triangles, **small),
         "reconstruct open data": lambda: sm.reconstruct(bowl, init="sphere", **small),
         "reconstruct a handle": lambda: sm.reconstruct(sm.torus(40, 16).vertices, init="sphere", **small),
         "check": lambda: sm.sphere(4).check(self_intersections=True),
-        "edit": lambda: (
-            sm.regularize(sm.sphere(6)),
-            sm.redistribute(sm.sphere(8), ball.vertices),
-            edit(sm.EditableMesh(ball)),
-        ),
+        "edit": edit,
         "move": lambda: [
             list(sm.DeformableModel(mesh, sm.targets.Points(egg), constraint=constraint, rigidity=2).run(2))
             for mesh in (sm.sphere(8), ball, sm.sphere(60))
@@ -135,8 +115,45 @@ def examples() -> dict[str, Callable[[], Any]]:
         "saliency": lambda: (sm.saliency(triangles), sm.hk_classes(triangles)),
         "simplify": lambda: sm.simplify(triangles, 0.05),
         "features": lambda: sm.zones(sm.clipped(triangles, (0, 0, 0), (0, 0, 1), cap=True), tolerance=0.5).kinds,
-        "primitives": lambda: (sm.extract_primitives(pipe), fits()),
+        "primitives": fit_primitives,
         "pipes": lambda: sm.extract_pipes(pipe),
         "deviation": lambda: sm.deviation(triangles, sm.sphere(16).triangulated("dual")),
         "signatures": lambda: [sm.match(sm.sai(egg), sm.sai(seen)) for seen in (egg, bowl)],
     }
+
+
+def recognize() -> None:
+    """Add a model to a library, and recognize it."""
+    import simplexmesh as sm
+
+    egg = sm.sphere(14).vertices * [3, 2, 1]
+    with tempfile.TemporaryDirectory() as folder:
+        models = sm.ModelLibrary(Path(folder, "models.sml"))
+        models.add("egg", egg)
+        models.recognize(egg)
+
+
+def edit() -> None:
+    """Edit meshes, by operators on many edges and faces, and undo it."""
+    import simplexmesh as sm
+
+    mesh = sm.sphere(20)
+    edited = sm.EditableMesh(mesh)
+    edited.refine_faces([0])
+    edited.remove_faces([100])
+    edited.undo()
+    mesh.connectivity.rings(1)
+    sm.regularize(sm.sphere(6))
+    sm.redistribute(sm.sphere(8), mesh.vertices)
+
+
+def fit_primitives() -> None:
+    """Find a cylinder in points, fit one to them, and move it."""
+    import numpy as np
+
+    import simplexmesh as sm
+
+    pipe = sm.cylinder(60, 100, height=12.0).vertices
+    sm.extract_primitives(pipe)
+    cylinder = sm.fit_primitive(pipe, "cylinder")
+    cylinder.stepped(np.zeros(cylinder.n_parameters)).derivatives(pipe)
