@@ -22,14 +22,20 @@ EXAMPLE = "Example: simplexmesh warm-up"
 PROCESSES = 4
 """At most: each compiles again what another has not yet finished, and takes half a gigabyte."""
 
+SAMPLES = "float32", "float64", "int16", "uint16", "uint8"
+"""Kinds of numbers that volumes in files are of, for each of which some kernels are compiled."""
+
 
 def command() -> None:
     """Compile all common kernels, which otherwise happens at first use: once after installation and each upgrade."""
+    from simplexmesh._base._kernels_compiled import compiling
+
     began = time.perf_counter()
     context, count = multiprocessing.get_context("spawn"), min(os.cpu_count() or 1, PROCESSES)
     with (
         ProcessPoolExecutor(count, context, signal.signal, (signal.SIGINT, signal.SIG_IGN)) as pool,
         progress("compiling") as report,
+        compiling(lambda: None, lambda: None),  # also where no bar tells
     ):
         names = list(examples())
         compiled = pool.map(run_example, names)
@@ -54,7 +60,7 @@ def run_example(name: str) -> None:
 
 
 def examples() -> dict[str, Callable[[], Any]]:
-    """Return a small example of each door, by name; large enough that kernels also run on several threads.
+    """Return examples of each door, by name, of a few and of so many vertices that kernels run on several threads.
 
     Those come first that take long and share few kernels, as several processes run them.
     """
@@ -65,7 +71,7 @@ def examples() -> dict[str, Callable[[], Any]]:
     from simplexmesh.surface.normals import estimate as normals
 
     ball = sm.sphere(20)  # 8,000 vertices
-    triangles = ball.triangulated("dual")
+    triangles, fine = ball.triangulated("dual"), ball.triangulated()  # of 4,000 and 12,000
     bowl = triangles.vertices[triangles.vertices[:, 2] > 0]
     x, y, z = np.mgrid[-12:13, -12:13, -12:13].astype(float)
     grid, drilled = np.sqrt(x**2 + y**2 + z**2), np.hypot(x, y) > 1.5
@@ -74,39 +80,80 @@ def examples() -> dict[str, Callable[[], Any]]:
     few: dict[str, Any] = {"vertices": 7000, "iterations": 20}
     small: dict[str, Any] = {"vertices": 800, "iterations": 50}
 
-    def library() -> None:
-        with tempfile.TemporaryDirectory() as folder:
-            models = sm.ModelLibrary(Path(folder, "models.sml"))
-            models.add("egg", egg)
-            models.recognize(egg)
-
     return {
         "reconstruct a volume": lambda: [
-            sm.reconstruct((1000 * (9 - grid)).astype(kind), level=50.0, **few) for kind in (float, np.int16)
+            sm.reconstruct((20 * (9.5 - grid)).clip(0).astype(kind), level=50.0, **size)
+            for kind in SAMPLES
+            for size in (few, small)
         ],
         "curvature": lambda: (
-            [sm.curvature(triangles, method=each) for each in curvatures.METHODS],
+            [sm.curvature(each, method=name) for each in (triangles, fine) for name in curvatures.METHODS],
             [sm.curvature(each) for each in (ball, ball.vertices)],
+            sm.curvature(sm.sphere(8), "simplex_angle"),
+            sm.curvature(triangles, "sine", neighborhood=sm.ball(0.1)),
         ),
         "decimate": lambda: (sm.decimate(ball, vertices=2000), sm.decimate(sm.sphere(4), tolerance=0.05)),
         "register": lambda: sm.register(egg[egg[:, 0] > -1], egg),
-        "library": library,
+        "library": recognize,
         "reconstruct a label": lambda: sm.reconstruct(((grid < 9) & drilled).astype(np.uint8), tunnels=6.0, **few),
         "reconstruct points": lambda: sm.reconstruct(ball.vertices, **few),
         "reconstruct triangles": lambda: sm.reconstruct(triangles, **small),
         "reconstruct open data": lambda: sm.reconstruct(bowl, init="sphere", **small),
         "reconstruct a handle": lambda: sm.reconstruct(sm.torus(40, 16).vertices, init="sphere", **small),
         "check": lambda: sm.sphere(4).check(self_intersections=True),
-        "edit": lambda: (sm.regularize(sm.sphere(6)), sm.redistribute(sm.sphere(8), ball.vertices)),
+        "edit": edit,
+        "move": lambda: [
+            list(sm.DeformableModel(mesh, sm.targets.Points(egg), constraint=constraint, rigidity=2).run(2))
+            for mesh in (sm.sphere(8), ball, sm.sphere(60))
+            for constraint in ("angle", "mean_curvature")
+        ],
         "normals": lambda: (
-            [sm.vertex_normals(triangles, method=each) for each in normals.METHODS],
+            [sm.vertex_normals(each, method=name) for each in (triangles, fine) for name in normals.METHODS],
             sm.vertex_normals(ball.vertices),
+            [sm.spread(each) for each in (triangles, fine)],
         ),
         "saliency": lambda: (sm.saliency(triangles), sm.hk_classes(triangles)),
         "simplify": lambda: sm.simplify(triangles, 0.05),
         "features": lambda: sm.zones(sm.clipped(triangles, (0, 0, 0), (0, 0, 1), cap=True), tolerance=0.5).kinds,
-        "primitives": lambda: (sm.extract_primitives(pipe), sm.fit_primitive(pipe, "cylinder")),
+        "primitives": fit_primitives,
         "pipes": lambda: sm.extract_pipes(pipe),
         "deviation": lambda: sm.deviation(triangles, sm.sphere(16).triangulated("dual")),
-        "signatures": lambda: sm.match(sm.sai(egg), sm.sai(egg)),
+        "signatures": lambda: [sm.match(sm.sai(egg), sm.sai(seen)) for seen in (egg, bowl)],
     }
+
+
+def recognize() -> None:
+    """Add a model to a library, and recognize it."""
+    import simplexmesh as sm
+
+    egg = sm.sphere(14).vertices * [3, 2, 1]
+    with tempfile.TemporaryDirectory() as folder:
+        models = sm.ModelLibrary(Path(folder, "models.sml"))
+        models.add("egg", egg)
+        models.recognize(egg)
+
+
+def edit() -> None:
+    """Edit meshes, by operators on many edges and faces, and undo it."""
+    import simplexmesh as sm
+
+    mesh = sm.sphere(20)
+    edited = sm.EditableMesh(mesh)
+    edited.refine_faces([0])
+    edited.remove_faces([100])
+    edited.undo()
+    mesh.connectivity.rings(1)
+    sm.regularize(sm.sphere(6))
+    sm.redistribute(sm.sphere(8), mesh.vertices)
+
+
+def fit_primitives() -> None:
+    """Find a cylinder in points, fit one to them, and move it."""
+    import numpy as np
+
+    import simplexmesh as sm
+
+    pipe = sm.cylinder(60, 100, height=12.0).vertices
+    sm.extract_primitives(pipe)
+    cylinder = sm.fit_primitive(pipe, "cylinder")
+    cylinder.stepped(np.zeros(cylinder.n_parameters)).derivatives(pipe)

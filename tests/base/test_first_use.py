@@ -69,6 +69,51 @@ def test_warm_up_has_an_example_of_each_door():
     assert {"reconstruct points", "decimate", "curvature", "register", "library"} <= examples().keys()
 
 
+CALLED = """
+import importlib, pkgutil, re, sys, warnings
+import numpy as np
+import simplexmesh
+from simplexmesh._base._kernels_both import Both
+from simplexmesh._base._kernels_njit import Kernel
+from simplexmesh.cli.warm_up import examples
+from simplexmesh.motion.targets._kernels_volume import isosurface_gaps
+
+warnings.simplefilter("ignore")
+for module in pkgutil.walk_packages(simplexmesh.__path__, "simplexmesh."):
+    importlib.import_module(module.name)
+for example in examples().values():
+    example()
+for name, module in list(sys.modules.items()):
+    if not name.startswith("simplexmesh.") or "_kernels" in name:
+        continue
+    called = list(vars(module).values())
+    source = open(module.__file__).read()
+    for alias, other in vars(module).items():
+        if "._kernels" in getattr(other, "__name__", ""):
+            called += [getattr(other, each) for each in re.findall(rf"\\b{alias}[.](\\w+)[(]", source)]
+    for one in called:
+        parts = [one.serial, one.parallel] if isinstance(one, Both) else [one] if isinstance(one, Kernel) else []
+        for kernel in parts:
+            if not kernel.signatures:
+                print(f"{kernel.py_func.__module__}.{kernel.py_func.__qualname__}")
+ball, known = simplexmesh.sphere(10), len(isosurface_gaps.parallel.signatures)
+for kind in ("uint8", "int16", "uint16", "float32", "float64"):  # of files
+    target = simplexmesh.targets.Isosurface(simplexmesh.Volume(np.eye(9, dtype=kind)[None].repeat(9, 0)), 0.5)
+    target.gap(ball.vertices, ball.normals, 1.0)
+    if len(isosurface_gaps.parallel.signatures) > known:
+        print(kind)
+"""
+"""A program that prints the kernels that Python calls and no example compiles."""
+
+
+@pytest.mark.nightly
+def test_warm_up_compiles_all_that_python_calls():
+    out = subprocess.run([sys.executable, "-c", CALLED], capture_output=True, text=True, check=True)
+    seldom = {"adaptive._kernels_probes.probes_parallel", "sai._kernels_rotations.residuals"}  # many probes; pictures
+    missed = {".".join(line.split(".")[-3:]) for line in out.stdout.splitlines()}
+    assert missed <= seldom
+
+
 def test_warm_up_runs_every_example_in_other_processes(command, monkeypatch):
     from simplexmesh.cli import warm_up
 

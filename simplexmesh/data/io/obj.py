@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
+from simplexmesh._base.errors import counted, warn
 from simplexmesh._base.named_arrays import is_color
 from simplexmesh._base.units import known_unit
 from simplexmesh.data.columns import as_colors
@@ -26,19 +27,23 @@ if TYPE_CHECKING:
     from simplexmesh.data.io.polydata import Polygons
 
 _MATERIALS = re.compile(rb"(?m)^[ \t]*(mtllib|usemtl)\b[^\r\n]*")
+_LOOSE = re.compile(rb"(?m)^[ \t]*f(?:[ \t]+[^\s\\#]+){0,2}[ \t]*(?=[\r\n#])")
 _UNIT = re.compile(r"(?im)^#[^\n]*\bunits?\s*[:=]\s*(\S+)")
 
 
 @contextmanager
-def without_materials(path: Path) -> Iterator[Path]:
-    """Give the path, or that of a copy without materials: VTK refuses names with spaces and splits the texture."""
-    content = path.read_bytes()
-    if not _MATERIALS.search(content):
+def without_refused(path: Path) -> Iterator[Path]:
+    """Give the path, or that of a copy without what VTK refuses: names of materials with spaces, and loose edges."""
+    plain, materials = _MATERIALS.subn(b"", path.read_bytes())
+    plain, loose = _LOOSE.subn(b"", plain)
+    if loose:
+        warn(f"{path.name}: left out {counted(loose, 'face', 'faces')} of fewer than three corners")
+    if not (materials or loose):
         yield path
         return
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder, path.name)
-        copy.write_bytes(_MATERIALS.sub(b"", content))
+        copy.write_bytes(plain)
         yield copy
 
 

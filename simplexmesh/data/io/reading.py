@@ -222,7 +222,7 @@ def _read_kind(path: Path, kind: str) -> Any:
         return _welded(vtk.from_dataset(vtk.read_dataset(path, kind), path.name, owned=True), kind)
     from simplexmesh.data.io import obj
 
-    with obj.without_materials(path) as plain:
+    with obj.without_refused(path) as plain:
         dataset = vtk.read_dataset(plain, kind)
     out = vtk.from_dataset(dataset, path.name, owned=True)
     if not isinstance(out, TriangleMesh):

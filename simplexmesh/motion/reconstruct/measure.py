@@ -28,6 +28,9 @@ MOST_UNSEEN, MOST_MISSED = 0.25, 0.05
 MOST_MISSED_TOGETHER, NEIGHBORS, NEAR = 0.01, 16, 4.0
 """The same of data that is no stray points but a limb or another body: so many of it are within so many spacings."""
 
+MOST_LOST_TOGETHER, BEYOND_EDGES, BEYOND_NOISE = 0.002, 0.75, 5.0
+"""The same of data nearer than that, as of a tunnel, away by more than so many edges and deviations of the noise."""
+
 MOST_DOUBLED = 0.25
 """Share of a start that may be one sheet or two sides, above which a warning is given: thicker plates have less."""
 
@@ -56,18 +59,23 @@ def measure(run: Run) -> None:
     off = 0.0 if lid else float((away > limit).mean())
     missed = (missing > limit) & ~enclosed
     dense = together(run.tree, missed)
-    _warn_of_poor_fit(run, off, missed, dense)
+    told = _warn_of_poor_fit(run, off, missed, dense)
     walls = not mesh.n_holes and not run.data.layered  # of volumes, cavities that were filled are told
     if walls and (message := walls_message(points, missing, mesh)):
         warn(message + "; components='all' keeps inner bodies and walls of cavities" * run.alone)
     elif run.alone and missed.mean() <= MOST_MISSED and dense.mean() <= MOST_MISSED_TOGETHER:
         warn("smaller bodies are left out; components='all' keeps them")
+    elif walls and not told and (message := lost_message(run, points, missing)):
+        warn(message)
     _warn_of_topology(run, lid=lid)
     run.report(1.0, "done")
 
 
-def _warn_of_poor_fit(run: Run, unseen: float, missed: Mask, dense: Mask) -> None:
-    """Warn when the motion ended early, much of the model has no data nearby, or much of the data no model nearby."""
+def _warn_of_poor_fit(run: Run, unseen: float, missed: Mask, dense: Mask) -> bool:
+    """Warn when the motion ended early, much of the model has no data nearby, or much of the data no model nearby.
+
+    Return whether a place was named that the model misses.
+    """
     if run.diverged:
         warn(f"a part of the motion ended early ({run.diverged}): more data may tell better where the surface is")
     if unseen > MOST_UNSEEN:
@@ -78,15 +86,35 @@ def _warn_of_poor_fit(run: Run, unseen: float, missed: Mask, dense: Mask) -> Non
         warn(run.lost)
     elif dense.mean() > MOST_MISSED_TOGETHER and not run.data.layered:  # of volumes, they may be specks of noise
         warn(missed_message(run, missed, dense))
+    else:
+        return False
+    return True
 
 
-def together(tree: cKDTree, chosen: Mask) -> Mask:
-    """Return those of the chosen points (n,) that others of them are as close to as on a surface, unlike stray ones."""
-    out = np.zeros(len(chosen), bool)
-    if chosen.sum() >= NEIGHBORS:
+def together(tree: cKDTree, chosen: Mask, count: int = NEIGHBORS) -> Mask:
+    """Return those of the chosen points (n,) to which so many of them are as close as on a surface, unlike strays."""
+    out, near = np.zeros(len(chosen), bool), NEAR * spacing_of(tree) * np.sqrt(count / NEIGHBORS)
+    if chosen.sum() >= count:
         points = tree.data[chosen]
-        out[chosen] = cKDTree(points).query(points, k=[NEIGHBORS], workers=-1)[0][:, 0] < NEAR * spacing_of(tree)
+        out[chosen] = cKDTree(points).query(points, k=[count], workers=-1)[0][:, 0] < near
     return out
+
+
+def lost_message(run: Run, points: Array, away: Array) -> str:
+    """Return a message about points (n,) side by side, `away` (n,) from the model by more than noise and its edges.
+
+    They are more than there are for two vertices, which corners of smooth models are not.
+    """
+    noise = getattr(run.target, "noise", 0.0)
+    limit = max(BEYOND_EDGES * mean_edge(run.mesh), spacing_of(run.tree), BEYOND_NOISE * noise)
+    lost = together(run.tree, away > limit, max(NEIGHBORS, 2 * len(points) // run.mesh.n_vertices))
+    if lost.mean() <= MOST_LOST_TOGETHER:
+        return ""
+    worst = points[lost][away[lost].argmax()]
+    return (
+        f"{lost.mean():.1%} of the data is farther than {limit:.3g} from the model, most near {place(worst)}, as where "
+        "a tunnel, a gap or a thin part is lost; more vertices or points may keep it"
+    )
 
 
 def missed_message(run: Run, missed: Mask, dense: Mask) -> str:

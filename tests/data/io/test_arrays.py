@@ -220,6 +220,19 @@ def test_obj_whatever_its_lines_of_materials(line, tmp_path):
         assert_array_equal(found.data[name], values)
 
 
+@pytest.mark.parametrize("line", ["f 1 2", "f 2/2 7/7 ", "f 3", "f", "f 1 2 # an edge"])
+def test_obj_with_loose_edges_among_its_faces(line, tmp_path):
+    SURFACE.with_data(intensity=None, label=None).save(tmp_path / "a.obj")
+    plain, path = sm.read(tmp_path / "a.obj"), tmp_path / "b.obj"
+    rows = (tmp_path / "a.obj").read_text().splitlines()
+    path.write_text("\n".join([*rows[:-1], line, *rows[-1:], line, ""]))
+    with pytest.warns(sm.SimplexMeshWarning, match=r"b\.obj: left out 2 faces of fewer than three corners"):
+        assert_array_equal(sm.read(path).faces, plain.faces)
+    path.write_text("\n".join([*rows, line.partition(" #")[0].strip()]))  # the file may end within a face
+    with pytest.raises(OSError, match=r"b\.obj cannot be read as OBJ"):
+        sm.read(path)
+
+
 def test_obj_with_seams_and_with_colors_of_some_vertices(tmp_path):
     corners = ["0 0 0 1 0 0", "1 0 0 0 1 0", "0 1 0 0 0 1", "0 0 1 0 0 0"]
     faces = "vt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\nf 1/2 2/3 4/1\n"
