@@ -48,12 +48,13 @@ class Evidence(NamedTuple):
 def evidence(lines: Sequence[CreaseLine], surface: TriangleMesh, points: Array, side: float) -> Evidence:
     """Return what points (n, 3) tell of lines on a surface with sides about as long as given."""
     centers, along, of = stretches(lines, side)
-    up = vertex_normals(surface.vertices, surface.faces)[cKDTree(surface.vertices).query(centers)[1]]
+    normals, tree = vertex_normals(surface.vertices, surface.faces), cKDTree(surface.vertices)
+    facing, up = (normals[tree.query(places, workers=-1)[1]] for places in (points, centers))
     up = normalized(up - dot(up, along)[:, None] * along)
     at, rows = _beside(lines, centers, of, points, side)
     ways = (points[rows] - centers[at]) / side
     s, u, h = (dot(ways, axes[at]) for axes in (along, np.cross(along, up), up))
-    near = (np.abs(s) < 0.5) & (np.hypot(u, h) < WIDTH)
+    near = (np.abs(s) < 0.5) & (np.hypot(u, h) < WIDTH) & (dot(facing[rows], up[at]) > 0)  # not behind a thin wall
     at, s, u, h = at[near], s[near], u[near], h[near]
     known = np.bincount(at, minlength=len(centers))[at] >= FEWEST
     at, s, u, h = at[known], s[known], u[known], h[known]

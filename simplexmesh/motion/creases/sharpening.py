@@ -40,9 +40,6 @@ DECISIVE = 10.0
 CLEAR = 4.0
 """Standard errors by which points must speak for each of several lines that are edges together."""
 
-DOUBTED = -2.0
-"""Standard errors by which points may speak against a line of a body with edges."""
-
 MOST = 0.5
 """Share of the length of all lines in a volume that must look like creases; of creases that a model must have."""
 
@@ -102,7 +99,7 @@ def sharpened(
     told = evidence(lines, through, points, side)
     least = DECISIVE
     if told.together() > DECISIVE:
-        least = DOUBTED
+        least = 0.0  # of a body with edges points need not speak clearly for each
     elif told.together() > 0 and told.together(told.errors > CLEAR) > DECISIVE:  # among some rounds
         least = CLEAR
     chosen = [line for line, sure in zip(lines, told.errors, strict=True) if sure > least]

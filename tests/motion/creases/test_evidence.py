@@ -55,6 +55,20 @@ def test_lines_near_each_other_do_not_see_each_others_edges():
     assert told(points, lines[1:2]).together() < 0
 
 
+def test_the_other_side_of_a_thin_wall_tells_nothing():
+    """Edges of channels and cups of sheet were not told from what is round."""
+    x, u = (axis.ravel() for axis in np.meshgrid(np.linspace(-0.5, 3.5, 81), np.linspace(-0.6, 0.6, 25), indexing="ij"))
+    vertices = np.column_stack([x, u, -np.abs(u)])
+    row = np.arange(81 * 25).reshape(81, 25)
+    a, b, c, d = (part.ravel() for part in (row[:-1, :-1], row[1:, :-1], row[1:, 1:], row[:-1, 1:]))
+    faces, down = np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])]), np.array([0, 0, -0.14])
+    wall = sm.TriangleMesh(
+        np.concatenate([vertices, vertices + down]), np.concatenate([faces, faces[:, ::-1] + row.size])
+    )
+    points = np.concatenate([roof(noise=0.01), roof(noise=0.01, seed=1) + down])
+    assert evidence([LINE], wall, points, SIDE).together() > 10
+
+
 def test_it_is_the_same_wherever_and_in_any_unit():
     points = roof(noise=0.01)
     corners = 20 * np.array([[-1, -1, 0], [4, -1, 0], [4, 1, 0], [-1, 1, 0.0]]) + 3

@@ -217,7 +217,7 @@ def test_loops_smaller_than_a_face_are_no_lines(seed):
 @pytest.mark.parametrize(
     ("errors", "left"),
     [
-        ([5.0] * 10 + [-1.0, -3.0], 11),  # 13 together: all but what speaks against
+        ([5.0] * 10 + [0.5, -1.0], 11),  # 14 together: all but what speaks against
         ([2.0] * 11 + [-3.0], 0),  # 5 together
         ([11.0] + [3.0] * 3 + [-30.0] * 8, 1),  # alone
         ([6.0] * 4 + [3.0] * 3 + [-6.0] * 5, 4),  # 12 of those that are clear, 1 of all
