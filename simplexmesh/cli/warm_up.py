@@ -35,7 +35,7 @@ def command() -> None:
     with (
         ProcessPoolExecutor(count, context, signal.signal, (signal.SIGINT, signal.SIG_IGN)) as pool,
         progress("compiling") as report,
-        compiling(lambda: None, lambda: None),  # also where no bar tells
+        compiling(lambda: None, lambda: None),  # says nothing, or where no bar is drawn the first use would be told
     ):
         names = list(examples())
         compiled = pool.map(run_example, names)

@@ -28,8 +28,8 @@ MOST_UNSEEN, MOST_MISSED = 0.25, 0.05
 MOST_MISSED_TOGETHER, NEIGHBORS, NEAR = 0.01, 16, 4.0
 """The same of data that is no stray points but a limb or another body: so many of it are within so many spacings."""
 
-MOST_LOST_TOGETHER, BEYOND_EDGES, BEYOND_NOISE = 0.002, 0.75, 5.0
-"""The same of data nearer than that, as of a tunnel, away by more than so many edges and deviations of the noise."""
+MOST_FILLED, BEYOND_EDGES, BEYOND_NOISE = 0.002, 0.75, 5.0
+"""The same of data inside of the model, as of a tunnel, by more than so many edges and deviations of the noise."""
 
 MOST_DOUBLED = 0.25
 """Share of a start that may be one sheet or two sides, above which a warning is given: thicker plates have less."""
@@ -65,7 +65,7 @@ def measure(run: Run) -> None:
         warn(message + "; components='all' keeps inner bodies and walls of cavities" * run.alone)
     elif run.alone and missed.mean() <= MOST_MISSED and dense.mean() <= MOST_MISSED_TOGETHER:
         warn("smaller bodies are left out; components='all' keeps them")
-    elif walls and not told and (message := lost_message(run, points, missing)):
+    elif walls and not told and (message := filled_message(run, points, missing)):
         warn(message)
     _warn_of_topology(run, lid=lid)
     run.report(1.0, "done")
@@ -100,20 +100,24 @@ def together(tree: cKDTree, chosen: Mask, count: int = NEIGHBORS) -> Mask:
     return out
 
 
-def lost_message(run: Run, points: Array, away: Array) -> str:
-    """Return a message about points (n,) side by side, `away` (n,) from the model by more than noise and its edges.
+def filled_message(run: Run, points: Array, away: Array) -> str:
+    """Return a message about points (n,) side by side inside of a closed model, `away` (n,) from it; maybe empty.
 
-    They are more than there are for two vertices, which corners of smooth models are not.
+    They are farther than noise and its edges, and more than there are for two vertices, which pits of smooth models
+    are not. Nothing is said if the user refused a handle.
     """
+    if any(not proposal.accepted for proposal in run.topology.handles):
+        return ""
     noise = getattr(run.target, "noise", 0.0)
     limit = max(BEYOND_EDGES * mean_edge(run.mesh), spacing_of(run.tree), BEYOND_NOISE * noise)
-    lost = together(run.tree, away > limit, max(NEIGHBORS, 2 * len(points) // run.mesh.n_vertices))
-    if lost.mean() <= MOST_LOST_TOGETHER:
+    filled = together(run.tree, away > limit, max(NEIGHBORS, 2 * len(points) // run.mesh.n_vertices))
+    filled[filled] = inside_surface(points[filled], *fan(run.mesh.vertices, run.mesh.connectivity))
+    if filled.mean() <= MOST_FILLED:
         return ""
-    worst = points[lost][away[lost].argmax()]
+    deepest = points[filled][away[filled].argmax()]
     return (
-        f"{lost.mean():.1%} of the data is farther than {limit:.3g} from the model, most near {place(worst)}, as where "
-        "a tunnel, a gap or a thin part is lost; more vertices or points may keep it"
+        f"{filled.mean():.1%} of the data is deeper than {limit:.3g} inside of the model, most near {place(deepest)}, "
+        "as where a tunnel or a gap is filled; more vertices or points may keep it"
     )
 
 

@@ -218,6 +218,17 @@ def test_bars_are_not_round():
             assert is_round(one, sampled(one, rng, 4.0, noise)[0])
 
 
+@pytest.mark.parametrize(("oval", "apart"), [(0.03, 0.0), (0.0, 0.06)])
+def test_oval_pipes_and_those_of_stations_apart_are_round(oval, apart):
+    """They were thrown out, from 1.5 % of the radius on."""
+    rng = np.random.default_rng(1)
+    chain, turn = chain_of([[0, 0, 0], [40.0, 0, 0]], [], 1.1), rng.uniform(-np.pi, np.pi, 4000)
+    radius = 1.1 * (1 + oval * np.cos(2 * turn))
+    y, z = radius * np.cos(turn) + 0.5 * 1.1 * apart * np.sign(np.cos(turn)), radius * np.sin(turn)
+    points = np.column_stack([rng.uniform(0, 40, 4000), y, z]) + 0.005 * rng.normal(size=(4000, 3))
+    assert is_round(chain, points)
+
+
 def test_lines_that_are_not_round_are_none(monkeypatch):
     monkeypatch.setattr("simplexmesh.cloud.pipes.plant.is_round", lambda *_: False)
     assert sm.extract_pipes(np.concatenate(two_lines())).lines == ()

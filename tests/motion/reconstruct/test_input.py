@@ -195,7 +195,7 @@ def test_bodies_that_touch_at_an_edge_are_modeled():
     assert model.mesh.volume == pytest.approx(2, rel=0.05)
 
 
-@pytest.mark.filterwarnings("ignore:.*of the data is (inside of|farther than)")  # the walls of the tunnel
+@pytest.mark.filterwarnings("ignore:.*of the data is (inside of|deeper than)")  # the walls of the tunnel
 def test_lost_handles_are_reported():
     thin = sm.torus(40, 40, radius=1.0, tube_radius=0.999).triangulated()
     with pytest.warns(sm.SimplexMeshWarning, match="has genus 1, the start of the model 0: finer handles are lost"):
