@@ -22,8 +22,8 @@ def vertex_noise(facets: Facets) -> Array:
     The four corners at an inner edge, projected along the normal, have one affine relation. Where the surface is flat,
     the heights in that relation, with coefficients of unit length, have the deviation of a single vertex. The seventh
     of the edges that bends least tells it: creases and curvature bend the others more, and meshes of planes have none.
-    Where vertices are much nearer to smooth surfaces than the bends say, these are of tessellation. Then how near they
-    are tells it as well, and a seventh of the area, as large triangles of planes have none, whatever a fillet has.
+    Where vertices are much nearer to smooth surfaces than the bends say, these are of tessellation. Then a seventh of
+    the area tells it as well, as large triangles of planes have none, however many small ones a fillet has.
     Rounded coordinates put many edges into one plane: there half of those tell that are off by less than the rounding.
 
     Regions may have more: there the quartile of the bends to that side which has less tells, as curvature has one side.
@@ -52,7 +52,7 @@ def _whole_noise(facets: Facets, sides: Indices, bends: Array) -> float:
     if residual < SHAPE * noise:
         by_area = np.argsort(off)
         areas = np.cumsum(facets.areas[sides].sum(axis=1)[by_area])
-        noise = min(noise, residual, float(off[by_area[np.searchsorted(areas, FEW * areas[-1])]]) / DEVIATION)
+        noise = min(noise, float(off[by_area[np.searchsorted(areas, FEW * areas[-1])]]) / DEVIATION)
     if step < largest and (off < step).any():
         noise = max(noise, min(float(np.median(off[off < step])) / HALF_DEVIATION, step / np.sqrt(12)))
     return noise if noise < largest else 0.0
