@@ -20,6 +20,7 @@ from typing import Any
 import numba
 from numba.core import types
 from numba.core.caching import IndexDataCacheFile
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher
 from numba.core.types.containers import BaseTuple
 
@@ -28,6 +29,7 @@ from simplexmesh._base.interrupts import deferred_interrupts
 IMPORTED = re.compile(rb"^from ([\w.]+) import", re.MULTILINE)
 """An import as it is written in kernel files."""
 
+FAST = {"nsz", "arcp", "contract", "reassoc"}  # never 'nnan': NaN means "no data here" and must stay visible
 
 LEAN = {"cache": True, "error_model": "numpy", "_nrt": False, "forceinline": True}
 """Options of small functions called per vertex and candidate: inlined, and without numba's counting of references to
@@ -90,7 +92,11 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
         if wanted == given:
             return super()._compile_for_args(*args, **kws)
         code = self.compile(tuple(wanted))
-        self._insert([kind._code for kind in given], code, objectmode=False)
+        with global_compiler_lock:  # numba would look up what two threads entered here twice, at every call
+            known = self.__dict__.setdefault("known", [])
+            if given not in known:
+                known.append(given)
+                self._insert([kind._code for kind in given], code, objectmode=False)
         return code
 
 

@@ -60,34 +60,28 @@ def run_example(name: str) -> None:
 
 
 def examples() -> dict[str, Callable[[], Any]]:
-    """Return examples of each door, by name, of a few and of so many vertices that kernels run on several threads.
-
-    Those come first that take long and share few kernels, as several processes run them.
-    """
+    """Return examples of each door, by name; first those that take long and share few kernels, as processes do them."""
     import numpy as np
 
     import simplexmesh as sm
     from simplexmesh.surface.curvature import estimate as curvatures
     from simplexmesh.surface.normals import estimate as normals
 
-    ball = sm.sphere(20)  # 8,000 vertices
-    triangles, fine = ball.triangulated("dual"), ball.triangulated()  # of 4,000 and 12,000
+    ball = sm.sphere(14)
+    triangles = ball.triangulated("dual")
     bowl = triangles.vertices[triangles.vertices[:, 2] > 0]
     x, y, z = np.mgrid[-12:13, -12:13, -12:13].astype(float)
     grid, drilled = np.sqrt(x**2 + y**2 + z**2), np.hypot(x, y) > 1.5
     egg = ball.vertices[::2] * [3, 2, 1]
     pipe = sm.cylinder(60, 100, height=12.0).vertices
-    few: dict[str, Any] = {"vertices": 7000, "iterations": 20}
     small: dict[str, Any] = {"vertices": 800, "iterations": 50}
 
     return {
         "reconstruct a volume": lambda: [
-            sm.reconstruct((20 * (9.5 - grid)).clip(0).astype(kind), level=50.0, **size)
-            for kind in SAMPLES
-            for size in (few, small)
+            sm.reconstruct((20 * (9.5 - grid)).clip(0).astype(kind), level=50.0, **small) for kind in SAMPLES
         ],
         "curvature": lambda: (
-            [sm.curvature(each, method=name) for each in (triangles, fine) for name in curvatures.METHODS],
+            [sm.curvature(triangles, method=name) for name in curvatures.METHODS],
             [sm.curvature(each) for each in (ball, ball.vertices)],
             sm.curvature(sm.sphere(8), "simplex_angle"),
             sm.curvature(triangles, "sine", neighborhood=sm.ball(0.1)),
@@ -95,22 +89,21 @@ def examples() -> dict[str, Callable[[], Any]]:
         "decimate": lambda: (sm.decimate(ball, vertices=2000), sm.decimate(sm.sphere(4), tolerance=0.05)),
         "register": lambda: sm.register(egg[egg[:, 0] > -1], egg),
         "library": recognize,
-        "reconstruct a label": lambda: sm.reconstruct(((grid < 9) & drilled).astype(np.uint8), tunnels=6.0, **few),
-        "reconstruct points": lambda: sm.reconstruct(ball.vertices, **few),
+        "reconstruct a label": lambda: sm.reconstruct(((grid < 9) & drilled).astype(np.uint8), tunnels=6.0, **small),
+        "reconstruct points": lambda: sm.reconstruct(ball.vertices, **small),
         "reconstruct triangles": lambda: sm.reconstruct(triangles, **small),
         "reconstruct open data": lambda: sm.reconstruct(bowl, init="sphere", **small),
         "reconstruct a handle": lambda: sm.reconstruct(sm.torus(40, 16).vertices, init="sphere", **small),
         "check": lambda: sm.sphere(4).check(self_intersections=True),
         "edit": edit,
         "move": lambda: [
-            list(sm.DeformableModel(mesh, sm.targets.Points(egg), constraint=constraint, rigidity=2).run(2))
-            for mesh in (sm.sphere(8), ball, sm.sphere(60))
+            list(sm.DeformableModel(ball, sm.targets.Points(egg), constraint=constraint, rigidity=2).run(2))
             for constraint in ("angle", "mean_curvature")
         ],
         "normals": lambda: (
-            [sm.vertex_normals(each, method=name) for each in (triangles, fine) for name in normals.METHODS],
+            [sm.vertex_normals(triangles, method=name) for name in normals.METHODS],
             sm.vertex_normals(ball.vertices),
-            [sm.spread(each) for each in (triangles, fine)],
+            sm.spread(triangles),
         ),
         "saliency": lambda: (sm.saliency(triangles), sm.hk_classes(triangles)),
         "simplify": lambda: sm.simplify(triangles, 0.05),

@@ -7,9 +7,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import prange
 
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base._kernels_rows import by_rows
 from simplexmesh.numerics._kernels_frames import tangents
 from simplexmesh.numerics._kernels_matrices import diagonalize, solve
 from simplexmesh.numerics._kernels_vectors import difference, dot, minus, row
@@ -51,10 +51,10 @@ def fit_plane(points, members, place, radius, normal):
     return middle, (max(0.0, moments[least, least]), moments[between, between], moments[most, most])
 
 
-@njit(cache=True, error_model="numpy", parallel=True)
-def fit_planes(points, near, normals, variance, projected):
+@by_rows(500)
+def fit_planes(begin, end, points, near, normals, variance, projected):
     """Fill normals of either sign, mean squared distances, and projected points, of planes through `near` (n, k)."""
-    for i in prange(len(near)):
+    for i in range(begin, end):
         place = row(points, near[i, 0])
         middle, moments = fit_plane(points, near[i], place, math.inf, normals[i])
         offset = dot(middle, row(normals, i))
@@ -63,18 +63,18 @@ def fit_planes(points, near, normals, variance, projected):
             projected[i, a] = place[a] + offset * normals[i, a]
 
 
-@njit(cache=True, error_model="numpy", parallel=True)
-def fill_moments(points, near, moments, normals):
+@by_rows(500)
+def fill_moments(begin, end, points, near, moments, normals):
     """Fill the mean squares (n, 3) along the principal axes of `near` (n, k), ascending, and the first axes (n, 3)."""
-    for i in prange(len(near)):
+    for i in range(begin, end):
         _, found = fit_plane(points, near[i], row(points, near[i, 0]), math.inf, normals[i])
         moments[i, 0], moments[i, 1], moments[i, 2] = found
 
 
-@njit(cache=True, error_model="numpy", parallel=True)
-def fit_sides(points, near, normals, cosine, fitted):
+@by_rows(500)
+def fit_sides(begin, end, points, near, normals, cosine, fitted):
     """Fill normals of planes through those of `near` (n, k) that face as a point does; its own if they tell none."""
-    for i in prange(len(near)):
+    for i in range(begin, end):
         own = row(normals, near[i, 0])
         members = near[i][np.array([dot(own, row(normals, j)) > cosine for j in near[i]])]
         fitted[i] = normals[near[i, 0]]
@@ -113,8 +113,8 @@ def _fit_quadric(points, near, normal, projected, quadric_normal):
     quadric_normal[2] = (normal[2] - x[1] * u2 - x[2] * v2) / slope
 
 
-@njit(cache=True, error_model="numpy", parallel=True)
-def fit_quadrics(points, near, normals, projected, quadric_normals):
+@by_rows(500)
+def fit_quadrics(begin, end, points, near, normals, projected, quadric_normals):
     """Fill points projected to quadrics over planes, and the normals there; both are copied where a fit is singular."""
-    for i in prange(len(near)):
+    for i in range(begin, end):
         _fit_quadric(points, near[i], normals[i], projected[i], quadric_normals[i])

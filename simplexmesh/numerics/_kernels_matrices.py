@@ -7,8 +7,7 @@ import math
 
 import numpy as np
 
-from simplexmesh._base._kernels_both import FAST
-from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base._kernels_njit import FAST, njit
 
 DEPENDENT = 1e-6
 """A column that keeps less than this share of its length orthogonal to the others depends on them."""

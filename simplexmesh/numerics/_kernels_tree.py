@@ -12,9 +12,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import prange
 
 from simplexmesh._base._kernels_njit import LEAN, njit
+from simplexmesh._base._kernels_rows import by_rows
 
 STACK = 96  # nodes, more than the depth of any tree in memory
 
@@ -111,11 +111,11 @@ def push_children(boxes, node, place, stack, top):
     return top + 1
 
 
-@njit(cache=True, error_model="numpy", parallel=True)
-def all_nearest(points, starts, ends, boxes, queries, squared, index):
+@by_rows(1000)
+def all_nearest(begin, end, points, starts, ends, boxes, queries, squared, index):
     """Fill the squared distances and indices (m, k) of the k nearest points, nearest first, ties by the lower index."""
     k = squared.shape[1]
-    for q in prange(len(queries)):
+    for q in range(begin, end):
         place = queries[q, 0], queries[q, 1], queries[q, 2]
         stack = np.zeros(STACK, np.int64)
         squared[q] = math.inf

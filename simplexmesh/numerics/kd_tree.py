@@ -43,5 +43,5 @@ def nearest(tree: Any, queries: Array, k: int) -> tuple[Array, Indices]:
     """Return distances and indices (in the tree's order) of the `k` nearest points, (m, k), nearest first."""
     squared, index = np.zeros((len(queries), k)), np.zeros((len(queries), k), np.int64)
     rows = np.ascontiguousarray(queries)
-    _kernels_tree.all_nearest(tree.points, tree.starts, tree.ends, tree.boxes, rows, squared, index)
+    _kernels_tree.all_nearest(len(rows), tree.points, tree.starts, tree.ends, tree.boxes, rows, squared, index)
     return np.sqrt(squared), index

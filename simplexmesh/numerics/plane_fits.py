@@ -72,7 +72,7 @@ def _some(count: int) -> Indices:
 def fitted(points: Array, near: Indices) -> tuple[Array, Array, Array]:
     """Return normals (m, 3), mean squared distances (m,) and projections (m, 3) of planes through neighbors (m, k)."""
     out = np.empty((len(near), 3)), np.empty(len(near)), np.empty((len(near), 3))
-    _kernels_local_fits.fit_planes(np.ascontiguousarray(points), np.ascontiguousarray(near), *out)
+    _kernels_local_fits.fit_planes(len(near), np.ascontiguousarray(points), np.ascontiguousarray(near), *out)
     return out
 
 
@@ -84,7 +84,7 @@ def spacing_within(farthest: Array, count: int) -> float:
 def sided(points: Array, normals: Array, near: Indices) -> Array:
     """Return normals (n, 3) of planes through those of the nearest neighbors on the side that rough unit ones tell."""
     out = np.empty_like(normals)
-    _kernels_local_fits.fit_sides(np.ascontiguousarray(points), near, normals, SAME_SIDE, out)
+    _kernels_local_fits.fit_sides(len(near), np.ascontiguousarray(points), near, normals, SAME_SIDE, out)
     return out
 
 

@@ -137,5 +137,5 @@ def _planes(tree: cKDTree, places: Array, step: int) -> tuple[Array, Array]:
     """Return the mean squares (m, 3) along the principal axes of neighbors, ascending, and the first axes (m, 3)."""
     moments, normals = np.empty((len(places), 3)), np.empty((len(places), 3))
     near = tree.query(places, k=np.minimum(1 + step * np.arange(COUNT), tree.n), workers=-1)[1]
-    _kernels_local_fits.fill_moments(tree.data, near, moments, normals)
+    _kernels_local_fits.fill_moments(len(near), tree.data, near, moments, normals)
     return moments, normals

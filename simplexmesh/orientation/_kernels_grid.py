@@ -6,8 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplexmesh._base._kernels_both import FAST
-from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base._kernels_njit import FAST, njit
 
 
 @njit(cache=True, error_model="numpy")

@@ -3,9 +3,6 @@
 
 from __future__ import annotations
 
-from numba import get_num_threads
-
-from simplexmesh._base._kernels_both import PARALLEL_FROM
 from simplexmesh._base._kernels_njit import njit
 from simplexmesh.numerics._kernels_frames import tangents
 
@@ -14,11 +11,6 @@ FLAT = 1e-24
 
 SINGULAR = 1e-10
 """Scatter determinant of directions, per squared count, below which there are fewer than needed."""
-
-
-def chunks(rows: int) -> int:
-    """Return the number of chunks, each with a workspace, that rows are divided into."""
-    return 1 if rows < PARALLEL_FROM else 4 * get_num_threads()
 
 
 @njit(cache=True, error_model="numpy")

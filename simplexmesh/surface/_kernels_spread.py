@@ -6,17 +6,17 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import prange
 
-from simplexmesh._base._kernels_both import Both
+from simplexmesh._base._kernels_njit import FAST
+from simplexmesh._base._kernels_rows import by_rows
 from simplexmesh.surface._kernels_fan import fill_fan
 from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND
 
 
-@Both
-def spreads(centers, rows, points, normals, distances, angles, imbalances, reasons):
+@by_rows(fastmath=FAST)
+def spreads(begin, end, centers, rows, points, normals, distances, angles, imbalances, reasons):
     """Fill per row the variances of the neighbors' distances and of the angles between them, and their imbalance."""
-    for row in prange(centers.shape[0]):
+    for row in range(begin, end):
         normal = normals[row, 0], normals[row, 1], normals[row, 2]
         count = rows.offsets[row + 1] - rows.offsets[row]
         reasons[row] = FEW if count < 2 else DEGENERATE

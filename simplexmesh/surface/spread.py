@@ -106,6 +106,7 @@ def spread(
     n = len(around)
     distances, angles, imbalances = np.full((3, n), np.nan)
     reasons = np.zeros(n, np.uint8)
-    kernels.spreads(around.centers, around._rows, samples.points, directions, distances, angles, imbalances, reasons)
+    seen = around.centers, around._rows, samples.points, directions
+    kernels.spreads(n, *seen, distances, angles, imbalances, reasons)
     warn_of_failures("the spread of neighbors", reasons, samples, around)
     return Spread(*map(checks.frozen, (distances, angles, imbalances, reasons != FOUND)))

@@ -73,8 +73,8 @@ CALLED = """
 import importlib, pkgutil, re, sys, warnings
 import numpy as np
 import simplexmesh
-from simplexmesh._base._kernels_both import Both
 from simplexmesh._base._kernels_njit import Kernel
+from simplexmesh._base._kernels_rows import RowKernel
 from simplexmesh.cli.warm_up import examples
 from simplexmesh.motion.targets._kernels_volume import isosurface_gaps
 
@@ -92,15 +92,14 @@ for name, module in list(sys.modules.items()):
         if "._kernels" in getattr(other, "__name__", ""):
             called += [getattr(other, each) for each in re.findall(rf"\\b{alias}[.](\\w+)[(]", source)]
     for one in called:
-        parts = [one.serial, one.parallel] if isinstance(one, Both) else [one] if isinstance(one, Kernel) else []
-        for kernel in parts:
-            if not kernel.signatures:
-                print(f"{kernel.py_func.__module__}.{kernel.py_func.__qualname__}")
-ball, known = simplexmesh.sphere(10), len(isosurface_gaps.parallel.signatures)
+        kernel = one.kernel if isinstance(one, RowKernel) else one
+        if isinstance(kernel, Kernel) and not kernel.signatures:
+            print(f"{kernel.py_func.__module__}.{kernel.py_func.__qualname__}")
+ball, known = simplexmesh.sphere(10), len(isosurface_gaps.kernel.signatures)
 for kind in ("uint8", "int16", "uint16", "float32", "float64"):  # of files
     target = simplexmesh.targets.Isosurface(simplexmesh.Volume(np.eye(9, dtype=kind)[None].repeat(9, 0)), 0.5)
     target.gap(ball.vertices, ball.normals, 1.0)
-    if len(isosurface_gaps.parallel.signatures) > known:
+    if len(isosurface_gaps.kernel.signatures) > known:
         print(kind)
 """
 """A program that prints the kernels that Python calls and no example compiles."""
@@ -109,7 +108,7 @@ for kind in ("uint8", "int16", "uint16", "float32", "float64"):  # of files
 @pytest.mark.nightly
 def test_warm_up_compiles_all_that_python_calls():
     out = subprocess.run([sys.executable, "-c", CALLED], capture_output=True, text=True, check=True)
-    seldom = {"adaptive._kernels_probes.probes_parallel", "sai._kernels_rotations.residuals"}  # many probes; pictures
+    seldom = {"sai._kernels_rotations.residuals"}  # of pictures
     missed = {".".join(line.split(".")[-3:]) for line in out.stdout.splitlines()}
     assert missed <= seldom
 

@@ -63,7 +63,7 @@ def compared(target, tree, rounds, normals, workers):
 
 
 def main():
-    rng = np.random.default_rng(0)
+    rng, every = np.random.default_rng(0), numba.config.NUMBA_NUM_THREADS
     diagonal = float(np.sqrt(2 * 2.7**2 + 0.7**2))
     print("  points  noise   off   step threads  ours ns  kd-tree ns  ratio  median  first")
     for n, noise in ((20_000, 0.0), (20_000, 0.002), (20_000, 0.01), (200_000, 0.002)):
@@ -73,8 +73,8 @@ def main():
         places, normals = sorted_along_curve(*torus(20_000, rng))
         for off, step in ((0.0, 0.0), (0.0, 0.001), (0.02, 0.0), (0.02, 0.001)):
             vertices = places + off * diagonal * normals * np.sin(9 * places[:, :1])
-            for threads in (1, numba.config.NUMBA_NUM_THREADS):
-                numba.set_num_threads(threads)
+            for threads in (1, every):
+                numba.config.NUMBA_NUM_THREADS = threads
                 target.gap(vertices[:1], normals[:1], 0.3)  # forgets the others
                 rounds = walk(vertices, step * diagonal, 30, rng)
                 each = compared(target, tree, rounds, normals, 1 if threads == 1 else -1)
@@ -84,7 +84,6 @@ def main():
                     f"{n:8} {noise:6.3f} {off:5.2f} {step:6.3f} {threads:7} {ours:8.0f} {peer:11.0f} "
                     f"{peer / ours:6.1f} {np.median(ratio[1:]):7.1f} {ratio[0]:6.1f}"
                 )
-        numba.set_num_threads(numba.config.NUMBA_NUM_THREADS)
         build = best(lambda p=points: Points(p), 4)
         print(
             f"{n:8} {noise:6.3f} built in {build:.3f} s, {len(target._surfels.table)} surfels; kd-tree "

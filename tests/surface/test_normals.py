@@ -211,7 +211,7 @@ def fitted(ring, start, *, newton, tolerance=1e-9):
     """The normal, and how many fits it took."""
     out, fits, reasons = np.zeros((1, 3)), np.zeros(1, np.int64), np.zeros(1, np.uint8)
     seen = ring.around._rows, ring.points, start[None], kernels.Solver(newton, tolerance, 50)
-    kernels.extended_sine(ring.around.centers, *seen, out, fits, reasons)
+    kernels.extended_sine(1, ring.around.centers, *seen, out, fits, reasons)
     assert reasons[0] == 0
     return out[0], int(fits[0])
 
@@ -262,7 +262,7 @@ def test_the_search_equals_the_corrected_algorithm(seed, monkeypatch):
     _, row = reference_normals.ringed(points)
     out, fits, reasons = np.zeros((1, 3)), np.zeros(1, np.int64), np.zeros(1, np.uint8)
     kernels.extended_sine(
-        row.centers, row._rows, points, start[None], kernels.Solver(False, 1e-10, 50), out, fits, reasons
+        1, row.centers, row._rows, points, start[None], kernels.Solver(False, 1e-10, 50), out, fits, reasons
     )
     assert_allclose(out[0], expected, atol=1e-9)
     assert abs(fits[0] - len(calls)) <= 2  # one step more or less where rounding decides

@@ -9,8 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from simplexmesh._base._kernels_both import FAST
-from simplexmesh._base._kernels_njit import LEAN, njit
+from simplexmesh._base._kernels_njit import FAST, LEAN, njit
 from simplexmesh._base.arrays import Array
 from simplexmesh.numerics._kernels_vectors import cross_product, plus, row, unit
 

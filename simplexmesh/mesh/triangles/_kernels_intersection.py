@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import prange
 
 from simplexmesh._base._kernels_njit import LEAN, njit
+from simplexmesh._base._kernels_rows import by_rows
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh.numerics._kernels_vectors import row
 
@@ -142,12 +142,12 @@ def _fans_cross(points: Array, triangles: Indices, starts: Indices, low: Array, 
     return False
 
 
-@njit(cache=True, parallel=True)
+@by_rows(1000)
 def are_crossing_fans(
-    points: Array, triangles: Indices, starts: Indices, low: Array, high: Array, pairs: Indices
-) -> Mask:
-    """Return which pairs (m, 2) of fans cross, or single ones themselves; `low` and `high` bound their triangles."""
-    out = np.empty(pairs.shape[0], np.bool_)
-    for k in prange(out.size):
+    begin: int, end: int, points: Array, triangles: Indices, starts: Indices, boxes: tuple[Array, Array],
+    pairs: Indices, out: Mask,
+) -> None:  # fmt: skip
+    """Fill which pairs (m, 2) of fans cross, or single ones themselves; `boxes` bound their triangles, low and high."""
+    low, high = boxes
+    for k in range(begin, end):
         out[k] = _fans_cross(points, triangles, starts, low, high, pairs[k, 0], pairs[k, 1])
-    return out

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplexmesh._base._kernels_both import FAST
-from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base._kernels_njit import FAST, njit
 from simplexmesh.mesh.triangles._kernels_half_edges import MIN_COSINE, area_normal, cosine, following, previous
 from simplexmesh.numerics._kernels_vectors import row
 

@@ -27,8 +27,17 @@ def crossing_triangles(points: Array, triangles: Indices, among: Mask | None = N
     pairs = overlapping_boxes(low, high, 2 * float((high - low).max(axis=1).mean()))
     pairs = pairs if among is None else pairs[among[pairs].any(axis=1)]
     starts = np.arange(len(triangles) + 1)
-    pairs = pairs[_kernels_intersection.are_crossing_fans(points, triangles, starts, low, high, pairs)]
+    pairs = _crossing(points, triangles, starts, (low, high), pairs)
     return pairs[np.lexsort(pairs.T[::-1])]
+
+
+def _crossing(
+    points: Array, triangles: Indices, starts: Indices, boxes: tuple[Array, Array], pairs: Indices
+) -> Indices:
+    """Return the pairs of fans of triangles that cross."""
+    out = np.empty(len(pairs), bool)
+    _kernels_intersection.are_crossing_fans(len(pairs), points, triangles, starts, boxes, pairs, out)
+    return pairs[out]
 
 
 def overlapping_boxes(low: Array, high: Array, cell: float) -> Indices:
@@ -58,7 +67,7 @@ def self_intersections(vertices: Array, connectivity: Connectivity, among: Mask 
     low, high = np.minimum.reduceat(boxes[0], starts[:-1]), np.maximum.reduceat(boxes[1], starts[:-1])
     pairs = overlapping_boxes(low, high, float((high - low).max(axis=1).mean()))
     pairs = np.concatenate([np.repeat(np.arange(len(faces)), 2).reshape(-1, 2), pairs])
-    pairs = pairs[_kernels_intersection.are_crossing_fans(points, triangles, starts, *boxes, pairs)]
+    pairs = _crossing(points, triangles, starts, boxes, pairs)
     pairs = faces[pairs[np.lexsort(pairs.T[::-1])]]
     own = pairs[pairs[:, 0] == pairs[:, 1], 0]  # flat ones, whose triangles touch, seem to within rounding
     corners = (connectivity.face_vertices[slice(*connectivity.face_offsets[f : f + 2])] for f in own)

@@ -4,24 +4,22 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 
-from numba import prange
-
-from simplexmesh._base._kernels_both import PARALLEL_FROM, Both
+from simplexmesh._base._kernels_njit import FAST
+from simplexmesh._base._kernels_rows import SHARED_FROM, by_rows
 
 
-@partial(Both, pays_from=10 * PARALLEL_FROM)  # less than a nanosecond per vertex
-def averages(values, neighbors, out):
+@by_rows(10 * SHARED_FROM, fastmath=FAST)  # less than a nanosecond per vertex
+def averages(begin, end, values, neighbors, out):
     """Fill `out` with the mean of each vertex's value and its three neighbors': a positive kernel on Q^1."""
-    for i in prange(values.shape[0]):
+    for i in range(begin, end):
         out[i] = 0.25 * (values[i] + values[neighbors[i, 0]] + values[neighbors[i, 1]] + values[neighbors[i, 2]])
 
 
-@Both
-def angle_averages(values, neighbors, inverse_radius, out):
+@by_rows(fastmath=FAST)
+def angle_averages(begin, end, values, neighbors, inverse_radius, out):
     """Fill the mean simplex angle over the one-ring, angles converted to the vertex's circumradius as on one sphere."""
-    for i in prange(values.shape[0]):
+    for i in range(begin, end):
         total = values[i]
         for k in range(3):
             j = neighbors[i, k]
@@ -36,10 +34,10 @@ def angle_averages(values, neighbors, inverse_radius, out):
         out[i] = 0.25 * total
 
 
-@Both
-def released(normals, neighbors, gaps, rings, before, out):
+@by_rows(fastmath=FAST)
+def released(begin, end, normals, neighbors, gaps, rings, before, out):
     """Fill `rings` where a vertex is folded; where it has no data one less than was `before` beside it; else zero."""
-    for i in prange(normals.shape[0]):
+    for i in range(begin, end):
         a, b, c = neighbors[i, 0], neighbors[i, 1], neighbors[i, 2]
         agreement = 0.0
         for k in range(3):
@@ -52,10 +50,10 @@ def released(normals, neighbors, gaps, rings, before, out):
             out[i] = 0
 
 
-@Both
-def curvedness(vertices, normals, neighbors, shortest, out):
+@by_rows(fastmath=FAST)
+def curvedness(begin, end, vertices, normals, neighbors, shortest, out):
     """Fill the root mean square over the neighbors of the change of normal per edge length, at least `shortest`."""
-    for i in prange(vertices.shape[0]):
+    for i in range(begin, end):
         total = 0.0
         for j in range(3):
             k = neighbors[i, j]
@@ -66,10 +64,10 @@ def curvedness(vertices, normals, neighbors, shortest, out):
         out[i] = math.sqrt(total / 3.0)
 
 
-@Both
-def adapted(metric, size, floor, neighbors, strength, lowest, highest, out):
+@by_rows(fastmath=FAST)
+def adapted(begin, end, metric, size, floor, neighbors, strength, lowest, highest, out):
     """Fill the mean of `metric` and ``1/3 + strength dC_j``, `strength` reduced to keep this in lowest..highest."""
-    for i in prange(metric.shape[0]):
+    for i in range(begin, end):
         a, b, c = abs(size[neighbors[i, 0]]), abs(size[neighbors[i, 1]]), abs(size[neighbors[i, 2]])
         mean = (a + b + c) / 3.0
         scale = 1.0 / max(abs(size[i]), floor)

@@ -11,8 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from simplexmesh._base._kernels_both import FAST
-from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base._kernels_njit import FAST, njit
 from simplexmesh._base.arrays import Array, Indices32
 from simplexmesh.motion.model._kernels_step import FREE, ORIENTATION, SHAPE, advance
 

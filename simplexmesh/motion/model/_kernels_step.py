@@ -1,7 +1,4 @@
-"""Kernels of one iteration of a deformable simplex mesh: local frames, simplex angles and position updates.
-
-numba drops what a parallel loop writes to an array of a tuple, as dead code, except in functions called from it.
-"""
+"""Kernels of one iteration of a deformable simplex mesh: local frames, simplex angles and position updates."""
 # mypy: allow-untyped-defs
 
 from __future__ import annotations
@@ -10,11 +7,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import prange
 from numpy.typing import NDArray
 
-from simplexmesh._base._kernels_both import FAST, Both
-from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base._kernels_njit import FAST, njit
+from simplexmesh._base._kernels_rows import by_rows
 from simplexmesh._base.arrays import Array, Indices32
 
 FREE, ORIENTATION, ANGLE, MEAN_CURVATURE, SHAPE, CURVATURE = range(6)
@@ -64,10 +60,10 @@ class Step(NamedTuple):
     energy: Array  # (n,)
 
 
-@Both
-def frames(vertices, neighbors, normals, inverse_radius, curvature, area, obtuse):
-    """Fill the arrays of `Frames`, which come one by one: a parallel loop would not write to those of a tuple."""
-    for i in prange(vertices.shape[0]):
+@by_rows(fastmath=FAST)
+def frames(begin, end, vertices, neighbors, normals, inverse_radius, curvature, area, obtuse):
+    """Fill the arrays of `Frames`, which come one by one."""
+    for i in range(begin, end):
         a, b, c = neighbors[i, 0], neighbors[i, 1], neighbors[i, 2]
         ax, ay, az = vertices[a, 0], vertices[a, 1], vertices[a, 2]
         ux, uy, uz = vertices[b, 0] - ax, vertices[b, 1] - ay, vertices[b, 2] - az
@@ -102,10 +98,10 @@ def frames(vertices, neighbors, normals, inverse_radius, curvature, area, obtuse
         obtuse[i] = 0 if power <= 0.0 else 1 if h > 0.0 else -1
 
 
-@Both
-def angles(vertices, neighbors, normals, inverse_radius, out):
+@by_rows(fastmath=FAST)
+def angles(begin, end, vertices, neighbors, normals, inverse_radius, out):
     """Fill the simplex angle of each vertex, in (-pi, pi], given its frame from `frames`."""
-    for i in prange(vertices.shape[0]):
+    for i in range(begin, end):
         if inverse_radius[i] == 0.0:
             out[i] = 0.0
             continue
@@ -178,12 +174,12 @@ def _obtuse_neighborhood(obtuse, i, a, b, c, wanted):
     return obtuse[a] == obtuse[i] and obtuse[b] == obtuse[i] and obtuse[c] == obtuse[i] and wanted * obtuse[i] > 0.0
 
 
-@Both
-def curvature_step(wanted_curvature, moving, frames, forces, out):
+@by_rows(fastmath=FAST)
+def curvature_step(begin, end, wanted_curvature, moving, frames, forces, out):
     """Fill a `Step` in which every vertex has a wanted mean curvature: the common case."""
     vertices, neighbors, metric = moving.vertices, moving.neighbors, moving.metric
     normals, inverse_radius, obtuse = frames.normals, frames.inverse_radius, frames.obtuse
-    for i in prange(wanted_curvature.shape[0]):
+    for i in range(begin, end):
         a, b, c = neighbors[i, 0], neighbors[i, 1], neighbors[i, 2]
         e2, e3 = metric[i, 1], metric[i, 2]
         ax, ay, az = vertices[a, 0], vertices[a, 1], vertices[a, 2]
@@ -214,13 +210,13 @@ def curvature_step(wanted_curvature, moving, frames, forces, out):
         advance(i, moving, normals, force, (0.0, 0.0, 0.0), reach, forces, out)
 
 
-@Both
-def constrained_step(constraint, moving, frames, wanted, forces, out):
+@by_rows(fastmath=FAST)
+def constrained_step(begin, end, constraint, moving, frames, wanted, forces, out):
     """Fill a `Step`, each vertex under its own constraint (n,) and displaced by other forces."""
     vertices, neighbors, metric = moving.vertices, moving.neighbors, moving.metric
     normals, inverse_radius, obtuse = frames.normals, frames.inverse_radius, frames.obtuse
     wanted_curvature, wanted_angle, extra = wanted.curvature, wanted.angle, wanted.extra
-    for i in prange(constraint.shape[0]):
+    for i in range(begin, end):
         a, b, c = neighbors[i, 0], neighbors[i, 1], neighbors[i, 2]
         e1, e2, e3 = metric[i, 0], metric[i, 1], metric[i, 2]
         uu = vv = uv = pp = pu = pv = h = 0.0

@@ -34,9 +34,11 @@ class Averages:
         for k in range(1, most + 1):
             into = self._scratch[k % 2]
             if angles:
-                _kernels_averages.angle_averages(values, self._neighbors, self._frames.inverse_radius, into)
+                _kernels_averages.angle_averages(
+                    len(values), values, self._neighbors, self._frames.inverse_radius, into
+                )
             else:
-                _kernels_averages.averages(values, self._neighbors, into)
+                _kernels_averages.averages(len(values), values, self._neighbors, into)
             values = into
             if uniform:
                 out = into
@@ -55,7 +57,7 @@ class Averages:
 def curvedness(vertices: Array, normals: Array, neighbors: Indices32, *, shortest: float = 0.0) -> Array:
     """Return (n,) the rms change of normal per edge length, at least `shortest`: about sqrt((k1^2 + k2^2) / 2)."""
     out = np.zeros(len(vertices))
-    _kernels_averages.curvedness(np.asarray(vertices), np.asarray(normals), neighbors, shortest, out)
+    _kernels_averages.curvedness(len(vertices), np.asarray(vertices), np.asarray(normals), neighbors, shortest, out)
     return out
 
 
@@ -64,5 +66,5 @@ def adapted_metric(
 ) -> Array:
     """Return metric parameters (n, 3) moved half way to ``1/3 + strength (C_j - mean_k C_k) / C``, C the curvature."""
     floor, out = max(float(np.abs(curvature).mean()), least), np.empty_like(metric)  # the ratio amplifies noise
-    _kernels_averages.adapted(metric, curvature, floor, neighbors, float(strength), LOWEST, HIGHEST, out)
+    _kernels_averages.adapted(len(metric), metric, curvature, floor, neighbors, float(strength), LOWEST, HIGHEST, out)
     return out

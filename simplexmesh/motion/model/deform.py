@@ -248,7 +248,7 @@ class DeformableModel:
         DivergedError
             As for `run`; the step is not taken.
         """
-        _kernels_step.frames(self._vertices, self._neighbors, *self._frames)
+        _kernels_step.frames(len(self._vertices), self._vertices, self._neighbors, *self._frames)
         if self._creased is not None:
             self._frames.area[self._creased] = 0.0
         if self._contours is not None:
@@ -293,18 +293,20 @@ class DeformableModel:
         wanted = self._averages.mean_curvature(self.rigidity) if counts[MEAN_CURVATURE] else self._prescribed
         if counts[MEAN_CURVATURE] == len(code) and extra is None:
             wanted[released] = 0.0
-            _kernels_step.curvature_step(wanted, moving, self._frames, forces, out)
+            _kernels_step.curvature_step(len(wanted), wanted, moving, self._frames, forces, out)
             return
         if counts[CURVATURE]:
             wanted = np.where(code == CURVATURE, self._prescribed, wanted)
         angle = self._reference_angle
         if counts[ANGLE]:
             angle, frames = np.zeros(len(code)), self._frames
-            _kernels_step.angles(self._vertices, self._neighbors, frames.normals, frames.inverse_radius, angle)
+            _kernels_step.angles(
+                len(self._vertices), self._vertices, self._neighbors, frames.normals, frames.inverse_radius, angle
+            )
             angle = np.where(code == ANGLE, self._averages.of(angle, self.rigidity, angles=True), self._reference_angle)
         code = np.where(released & (code != FREE) & (code != SHAPE), np.int8(ORIENTATION), code)
         extra = np.zeros_like(self._vertices) if extra is None else extra
-        _kernels_step.constrained_step(code, moving, self._frames, Wanted(wanted, angle, extra), forces, out)
+        _kernels_step.constrained_step(len(code), code, moving, self._frames, Wanted(wanted, angle, extra), forces, out)
 
     def _adapted_metric(self) -> Array:
         """Return the metric parameters of this iteration: the present ones, or every tenth time a new array."""

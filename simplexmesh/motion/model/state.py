@@ -119,7 +119,7 @@ class Release:
 
     def update(self, normals: Array, neighbors: Indices32, gaps: Array, held: Mask) -> None:
         """Find the vertices released now, given their gaps (n,); none of those that are held (n,)."""
-        _kernels_averages.released(normals, neighbors, gaps, RINGS, self._rings, self._other)
+        _kernels_averages.released(len(normals), normals, neighbors, gaps, RINGS, self._rings, self._other)
         self._rings, self._other = self._other, self._rings
         self._rings[held] = 0
 

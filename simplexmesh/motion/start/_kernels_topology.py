@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import prange
 
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base._kernels_rows import by_rows
 
 
 @njit(cache=True, error_model="numpy")
@@ -88,14 +88,12 @@ def _squares_along(line, most, out):
             out[k] = min(out[k], (last - k) ** 2)
 
 
-@njit(cache=True, error_model="numpy", parallel=True)
-def within(cells, limit, out):
-    """Fill whether each cell is within a squared distance `limit` of a true one, by windows: radii are small."""
-    nx, ny, nz = cells.shape
+@by_rows(8)
+def fill_squares(begin, end, cells, limit, squares, filled):
+    """Fill the squared distances from true cells in the same plane, at most `limit` + 1, and the lines below it."""
+    _, ny, nz = cells.shape
     most = int(np.sqrt(limit))
-    squares = np.full((nx, ny, nz), limit + 1, np.int32)
-    filled = np.zeros((nx, ny), np.bool_)
-    for i in prange(nx):
+    for i in range(begin, end):
         lines = np.full((ny, nz), limit + 1, np.int32)
         known = np.zeros(ny, np.bool_)
         for j in range(ny):
@@ -108,7 +106,14 @@ def within(cells, limit, out):
                     filled[i, j] = True
                     for k in range(nz):
                         squares[i, j, k] = min(squares[i, j, k], lines[b, k] + (b - j) ** 2)
-    for i in prange(nx):
+
+
+@by_rows(8)
+def fill_within(begin, end, squares, filled, limit, out):
+    """Fill whether each cell is within a squared distance `limit` of a true one, given those in the planes."""
+    nx, ny, nz = squares.shape
+    most = int(np.sqrt(limit))
+    for i in range(begin, end):
         for a in range(max(0, i - most), min(nx, i + most + 1)):
             for j in range(ny):
                 if filled[a, j]:

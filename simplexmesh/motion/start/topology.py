@@ -82,8 +82,10 @@ def closed(solid: Mask, radius: float) -> Mask:
 
 def within(cells: Mask, radius: float) -> Mask:
     """Return the cells within a distance `radius`, in cells, of true ones: far faster than a distance transform."""
-    out = np.zeros(cells.shape, bool)
-    _kernels_topology.within(cells, int(radius * radius + 1e-9), out)
+    limit, out = int(radius * radius + 1e-9), np.zeros(cells.shape, bool)
+    squares, filled = np.full(cells.shape, limit + 1, np.int32), np.zeros(cells.shape[:2], bool)
+    _kernels_topology.fill_squares(len(cells), cells, limit, squares, filled)
+    _kernels_topology.fill_within(len(cells), squares, filled, limit, out)
     return out
 
 

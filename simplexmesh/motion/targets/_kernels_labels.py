@@ -5,16 +5,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import prange
 
-from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base._kernels_rows import by_rows
 
 
-@njit(cache=True, error_model="numpy", parallel=True)
-def fill_crossings(mask, starts, places, gradients):
+@by_rows(8)
+def fill_crossings(begin, end, mask, starts, places, gradients):
     """Fill midpoint and outward direction of each crossing, minus the region's first moment, as indices."""
     nx, ny, nz = mask.shape
-    for i in prange(2, nx - 1):
+    for i in range(max(begin, 2), min(end, nx - 1)):
         n = starts[i]
         for j in range(1, ny - 1):
             for k in range(1, nz - 1):

@@ -4,14 +4,12 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 from typing import Any, NamedTuple
 
-from numba import prange
 from numpy.typing import NDArray
 
-from simplexmesh._base._kernels_both import FAST, Both
-from simplexmesh._base._kernels_njit import LEAN, njit
+from simplexmesh._base._kernels_njit import FAST, LEAN, njit
+from simplexmesh._base._kernels_rows import by_rows
 from simplexmesh._base.arrays import Array
 from simplexmesh.numerics._kernels_vectors import dot, row
 
@@ -177,18 +175,18 @@ def _line(T, vertices, normals, i):
     return place, along
 
 
-@partial(Both, pays_from=1000)  # about 200 nanoseconds per vertex
-def isosurface_gaps(vertices, normals, field, reach, pace, out):
+@by_rows(1000, fastmath=FAST)  # about 200 nanoseconds per vertex
+def isosurface_gaps(begin, end, vertices, normals, field, reach, pace, out):
     """Fill the signed distance along each normal to the nearest crossing from inside to outside; NaN beyond `reach`."""
-    for i in prange(vertices.shape[0]):
+    for i in range(begin, end):
         place, along = _line(field.to_index, vertices, normals, i)
         out[i] = _crossing(field, place, along, reach, pace)
 
 
-@partial(Both, pays_from=1000)
-def replace_far_gaps(vertices, normals, field, reach, pace, gaps):
+@by_rows(1000, fastmath=FAST)
+def replace_far_gaps(begin, end, vertices, normals, field, reach, pace, gaps):
     """Replace gaps that end where all samples of a mask are alike and over a voxel from a crossing by that to it."""
-    for i in prange(vertices.shape[0]):
+    for i in range(begin, end):
         if gaps[i] == gaps[i]:
             place, along = _line(field.to_index, vertices, normals, i)
             if not abs(field_value(field, place, along, gaps[i])) < 0.5 - 1e-6:

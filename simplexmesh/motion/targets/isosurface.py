@@ -90,5 +90,5 @@ class Isosurface(BuiltInTarget):
         vertices, normals, reach = checked_arguments(vertices, normals, reach)
         pace = checks.number("pace", pace, 0.0, open_low=True)
         out = np.zeros(len(vertices))
-        _kernels_volume.isosurface_gaps(vertices, normals, self._field, reach, pace, out)
+        _kernels_volume.isosurface_gaps(len(vertices), vertices, normals, self._field, reach, pace, out)
         return out

@@ -66,7 +66,7 @@ class LabelSurface(SurfelTarget):
     def gap(self, vertices: Array, normals: Array, reach: float) -> Array:  # noqa: D102 documented by the base
         vertices, normals, reach = checked_arguments(vertices, normals, reach)
         out = super().gap(vertices, normals, reach)
-        _kernels_volume.replace_far_gaps(vertices, normals, self._interpolant._field, reach, PACE, out)
+        _kernels_volume.replace_far_gaps(len(vertices), vertices, normals, self._interpolant._field, reach, PACE, out)
         return out
 
 
@@ -77,7 +77,7 @@ def _crossings(volume: Volume) -> tuple[Array, Array]:
     counts = np.append(0, before) + sum(within)
     n, starts = int(counts.sum()), np.cumsum(counts) - counts
     places, gradients = np.zeros((n, 3)), np.zeros((n, 3))
-    _kernels_labels.fill_crossings(mask, starts, places, gradients)
+    _kernels_labels.fill_crossings(len(mask), mask, starts, places, gradients)
     return volume.to_world(places), normalized(gradients @ np.linalg.inv(volume.T_world_index[:3, :3]))
 
 

@@ -44,7 +44,7 @@ class SurfelTarget(BuiltInTarget):
     def __init__(self, points: Array, normals: Array | None = None, errors: Array | None = None) -> None:
         self.center: Array = points.mean(axis=0)
         self._surfels = fitted_surfels(points - self.center, normals, errors)
-        self._cache, self._spacing = _kernels_gaps.empty_cache(0), self._surfels.spacing(0.99)
+        self._spacing = self._surfels.spacing(0.99)
 
     def gap(self, vertices: Array, normals: Array, reach: float) -> Array:
         """Return (n,) the signed distance along each normal to the surface of the data, NaN beyond `reach`.
@@ -65,10 +65,11 @@ class SurfelTarget(BuiltInTarget):
         vertices, normals, reach = checked_arguments(vertices, normals, reach)
         s, out = self._surfels, np.zeros(len(vertices))
         search = reach + self._spacing
-        cache = self._cache  # a local reference: another thread may use this target for another mesh
-        if len(cache.known) != len(vertices):
-            self._cache = cache = _kernels_gaps.empty_cache(len(vertices))
-        _kernels_gaps.surfel_gaps(vertices, normals, self.center, reach, search, s, cache, out)
+        cache = vars(self).pop("_cache", None)  # no other thread shall use it meanwhile
+        if cache is None or len(cache.known) != len(vertices):
+            cache = _kernels_gaps.empty_cache(len(vertices))
+        _kernels_gaps.surfel_gaps(len(vertices), vertices, normals, self.center, reach, search, s, cache, out)
+        self._cache = cache
         return out
 
     def beyond(self, places: Array, reach: float) -> Mask:

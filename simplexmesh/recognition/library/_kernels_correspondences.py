@@ -8,11 +8,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import prange
 from numpy.typing import NDArray
 
-from simplexmesh._base._kernels_both import FAST
-from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base._kernels_njit import FAST, njit
+from simplexmesh._base._kernels_rows import by_rows
 from simplexmesh._base.arrays import Indices
 from simplexmesh.recognition.library._kernels_descriptors import two_nearest
 
@@ -133,10 +132,10 @@ def _best_pair_motions(scan, model, distinctiveness, tolerances, motions):
     return count
 
 
-@njit(cache=True, error_model="numpy", parallel=True)
-def pair_motions(scan, distinctiveness, models, starts, likeness, tolerances, motions, counts):
+@by_rows(2)
+def pair_motions(begin, end, scan, distinctiveness, models, starts, likeness, tolerances, motions, counts):
     """Fill the best motions (h, 12) of each model, and their number, from the two rows most like each scan point."""
-    for k in prange(len(starts)):
+    for k in range(begin, end):
         low, high, at = likeness.spans[k, 0], likeness.spans[k, 1], starts[k]
         counts[k] = 0
         if low == high:

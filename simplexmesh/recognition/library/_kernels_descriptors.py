@@ -7,10 +7,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import prange
 
-from simplexmesh._base._kernels_both import FAST
-from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base._kernels_njit import FAST, njit
+from simplexmesh._base._kernels_rows import by_rows
 
 RADIAL_BINS, AXIAL_BINS = 5, 8
 """Bins of a spin image: distance from the axis, height along it."""
@@ -19,10 +18,10 @@ LENGTH_BINS, COSINE_BINS, RADIUS_BINS = 22, 4, 22
 """Bins of a global descriptor: length of pairs, cosine between their normals, distance from the center."""
 
 
-@njit(cache=True, error_model="numpy", parallel=True, fastmath=FAST)
-def spin_images(points, normals, chosen, radius, images):
+@by_rows(20, fastmath=FAST)
+def spin_images(begin, end, points, normals, chosen, radius, images):
     """Fill the spin images of chosen points: bilinear histograms of distance from the normal and height along it."""
-    for k in prange(len(chosen)):
+    for k in range(begin, end):
         i = chosen[k]
         for j in range(len(points)):
             dx, dy, dz = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
@@ -54,14 +53,14 @@ def pair_histogram(points, normals, longest, pairs):
             pairs[a, b] += 1.0
 
 
-@njit(cache=True, error_model="numpy", parallel=True, fastmath=FAST)
-def nearest(rows, squares, starts, queries, out):
+@by_rows(2, fastmath=FAST)
+def nearest(begin, end, rows, squares, starts, queries, out):
     """Fill `out[m, k]` with the minimum of ``squares[i] - 2 rows[i] @ queries[:, k]`` over the rows i of group m.
 
     Group m is ``starts[m] : starts[m + 1]``. The innermost loops run along k, with eight products at a time.
     """
     eights = queries.shape[0] // 8 * 8
-    for m in prange(len(starts) - 1):
+    for m in range(begin, end):
         product = np.empty(queries.shape[1], np.float32)
         for i in range(starts[m], starts[m + 1]):
             product[:] = np.float32(0.0)

@@ -89,7 +89,9 @@ class ImageIndex:
         """Return the squared distances (m, k) of images (k, 2 PIXELS) to the nearest of each model."""
         queries = self.reduced(images)
         out = np.full((len(self.which), len(images)), np.inf, np.float32)
-        _kernels_descriptors.nearest(self.rows, self.squares, self.starts, np.ascontiguousarray(queries.T), out)
+        _kernels_descriptors.nearest(
+            len(self.starts) - 1, self.rows, self.squares, self.starts, np.ascontiguousarray(queries.T), out
+        )
         return out + np.einsum("ij,ij->i", queries, queries)
 
     def spans(self, models: Indices) -> Indices:

@@ -96,7 +96,7 @@ class Scene:
         distinctiveness = np.asarray(norm(self.images - np.median(self.images, axis=0)), np.float64)
         out, counts = np.empty((len(models), MOTIONS, 12)), np.zeros(len(models), np.int64)
         _kernels_correspondences.pair_motions(
-            scan, distinctiveness, oriented, starts, likeness, np.array(tolerances), out, counts
+            len(models), scan, distinctiveness, oriented, starts, likeness, np.array(tolerances), out, counts
         )
         own = principal_axes(self.surface.points)
         axes = [axis_candidates((np.zeros(3), model.frame[1]), own) for model in models]

@@ -43,7 +43,7 @@ def spin_images_of(surface: OrientedPoints, octaves: range, count: int, rng: np.
     chosen = surface.sample(count, rng)
     pixels = np.zeros((len(octaves) + 1, len(chosen), PIXELS))
     for k, octave in enumerate(range(octaves.start, octaves.stop + 1)):
-        _kernels_descriptors.spin_images(surface.smooth, surface.normals, chosen, 2.0**octave, pixels[k])
+        _kernels_descriptors.spin_images(len(chosen), surface.smooth, surface.normals, chosen, 2.0**octave, pixels[k])
     pixels = np.sqrt(pixels / pixels.sum(axis=2, keepdims=True))
     return SpinImages(chosen, octaves.start, np.round(255 * pixels).astype(np.uint8))
 

@@ -7,11 +7,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import prange
 from numpy.typing import NDArray
 
-from simplexmesh._base._kernels_both import FAST
-from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base._kernels_njit import FAST, njit
+from simplexmesh._base._kernels_rows import by_rows
 from simplexmesh._base.arrays import Array, Indices, Indices32
 
 ANGLES, TURNS = 12, 24
@@ -119,10 +118,10 @@ def _peaks(count, found):
             count[at, (bin_ + b) % TURNS] = -1
 
 
-@njit(cache=True, error_model="numpy", parallel=True)
-def vote(references, source, table, n_target, found):
+@by_rows(2)
+def vote(begin, end, references, source, table, n_target, found):
     """Fill `found` (r, p, 2): target points and rotations about the normal, radians, with most votes per reference."""
-    for r in prange(len(references)):
+    for r in range(begin, end):
         count = np.zeros((n_target, TURNS), np.float32)
         _vote_of(references[r], source, table, count)
         _peaks(count, found[r])

@@ -1,7 +1,7 @@
 """Score motions, and refine them by point-to-plane steps, with nearest points from a grid.
 
 Arrays in, arrays out; no checks. A motion is a row of 12 numbers: the rows of the matrix (3, 4). All sources share one
-parallel loop, since starting the threads takes as long as a hundred motions.
+call, since starting the threads takes as long as a hundred motions.
 """
 
 # mypy: allow-untyped-defs
@@ -12,10 +12,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import prange
 
-from simplexmesh._base._kernels_both import FAST
-from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base._kernels_njit import FAST, njit
+from simplexmesh._base._kernels_rows import by_rows
 from simplexmesh._base.arrays import Array, Indices, Indices32
 from simplexmesh.numerics._kernels_matrices import solve
 from simplexmesh.recognition.sai._kernels_rotations import rotate
@@ -82,10 +81,10 @@ def _score(m, sources, owner, grid, width):
     return total / len(px)
 
 
-@njit(cache=True, error_model="numpy", parallel=True)
-def score_motions(motions, owners, sources, grid, widths, scores):
+@by_rows(20)
+def score_motions(begin, end, motions, owners, sources, grid, widths, scores):
     """Fill the score of motion h of source ``owners[h]``: the mean of a distance score times the cosine of normals."""
-    for h in prange(len(motions)):
+    for h in range(begin, end):
         scores[h] = _score(motions[h], sources, owners[h], grid, widths[owners[h]])
 
 
@@ -135,10 +134,10 @@ def _normal_equations(m, sources, owner, grid, width, A, b):
     return weights
 
 
-@njit(cache=True, error_model="numpy", parallel=True)
-def refine_motions(motions, owners, sources, grid, widths):
+@by_rows(4)
+def refine_motions(begin, end, motions, owners, sources, grid, widths):
     """Refine motions, in place: one weighted point-to-plane step for each of the source's widths (m, steps)."""
-    for h in prange(len(motions)):
+    for h in range(begin, end):
         A, b = np.zeros((6, 6)), np.zeros(6)
         for width in widths[owners[h]]:
             weights = _normal_equations(motions[h], sources, owners[h], grid, width, A, b)

@@ -114,7 +114,7 @@ def oriented_points(
         normals = outward_normals(points, Planes(normals, smooth, spacing, noise, near))
     quadrics = np.empty((2, len(points), 3)) if fine else None
     if quadrics is not None:
-        _kernels_local_fits.fit_quadrics(points, near, normals, *quadrics)
+        _kernels_local_fits.fit_quadrics(len(near), points, near, normals, *quadrics)
     neighbor_distances = norm(points[near[:, 5]] - points)
     return OrientedPoints(
         points, normals, spacing, noise, smooth, quadrics, neighbor_distances, given, cloud.unit, is_closed

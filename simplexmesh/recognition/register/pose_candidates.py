@@ -28,7 +28,7 @@ def pose_candidates(source: OrientedPoints, target: OrientedPoints, size: float,
     table = _kernels_point_pairs.pair_table(other, size)
     references = np.sort(rng.permutation(len(one.points))[:REFERENCES])
     found = np.zeros((len(references), PEAKS, 2))
-    _kernels_point_pairs.vote(references, one, table, len(other.points), found)
+    _kernels_point_pairs.vote(len(references), references, one, table, len(other.points), found)
     at, turn = found[:, :, 0].astype(int).ravel(), found[:, :, 1].ravel()
     i = np.repeat(references, PEAKS)
     c, s, zero, unit = np.cos(turn), np.sin(turn), np.zeros_like(turn), np.ones_like(turn)

@@ -60,7 +60,7 @@ def scores(
     out = np.zeros(len(flat))
     columns = _columns(sources, [each.scoring_rows[::every] for each in sources])
     widths = np.array([each.scoring_width(stage) for each in sources])
-    _kernels_pose_scoring.score_motions(flat, owners, columns, grid, widths, out)
+    _kernels_pose_scoring.score_motions(len(flat), flat, owners, columns, grid, widths, out)
     return _split(out, motions)
 
 
@@ -69,7 +69,7 @@ def refined(sources: Sequence[Source], grid: TargetGrid, motions: list[Array], *
     flat, owners = _concatenated(motions)
     columns = _columns(sources, [each.refining_rows[:: 1 if stage else 2] for each in sources])
     widths = np.array([REFINING_WIDTHS[stage] * each.size for each in sources])
-    _kernels_pose_scoring.refine_motions(flat, owners, columns, grid, widths)
+    _kernels_pose_scoring.refine_motions(len(flat), flat, owners, columns, grid, widths)
     return _split(flat, motions)
 
 

@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from simplexmesh._base._kernels_both import FAST
-from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base._kernels_njit import FAST, njit
 from simplexmesh._base.arrays import Array, Indices32, Mask
 
 WIDTH = 64  # the 60 rotations of the icosahedron, padded to whole SIMD vectors

@@ -6,10 +6,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import prange
 
-from simplexmesh._base._kernels_both import Both
-from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base._kernels_njit import FAST, njit
+from simplexmesh._base._kernels_rows import by_rows
 from simplexmesh.numerics._kernels_frames import tangents
 from simplexmesh.surface._kernels_circles import circle, opposite_pairs
 from simplexmesh.surface._kernels_fan import fill_fan
@@ -41,10 +40,10 @@ def _sum_of_products(fan, pairs, kept, directions):
     return tx, ty, tz
 
 
-@Both
-def chen_schmitt(centers, rows, points, reference, normalized, normals, reasons):
+@by_rows(fastmath=FAST)
+def chen_schmitt(begin, end, centers, rows, points, reference, normalized, normals, reasons):
     """Fill the normal of each row from its most opposite pairs, as many as neighbors."""
-    for row in prange(centers.shape[0]):
+    for row in range(begin, end):
         nx, ny, nz = reference[row, 0], reference[row, 1], reference[row, 2]
         reasons[row] = DEGENERATE
         if rows.offsets[row + 1] - rows.offsets[row] < 3:

@@ -7,10 +7,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import prange
 
-from simplexmesh._base._kernels_both import Both
-from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base._kernels_njit import FAST, njit
+from simplexmesh._base._kernels_rows import by_rows
 from simplexmesh._base.arrays import Array
 from simplexmesh.numerics._kernels_frames import tangents
 from simplexmesh.numerics._kernels_matrices import solve
@@ -207,10 +206,10 @@ def _by_ternary_search(ring, normal, solver):
     return -fits
 
 
-@Both
-def extended_sine(centers, rows, points, start_normals, solver, normals, fits, reasons):
+@by_rows(fastmath=FAST)
+def extended_sine(begin, end, centers, rows, points, start_normals, solver, normals, fits, reasons):
     """Fill the corrected normal per row, and the number of fits, negative without convergence."""
-    for row in prange(centers.shape[0]):
+    for row in range(begin, end):
         near, normal = rows.members[rows.offsets[row] : rows.offsets[row + 1]], np.zeros(3)
         normal[:] = start_normals[row]
         reasons[row] = FEW if near.shape[0] < 5 else DEGENERATE

@@ -5,9 +5,8 @@ from __future__ import annotations
 
 import math
 
-from numba import prange
-
-from simplexmesh._base._kernels_both import Both
+from simplexmesh._base._kernels_njit import FAST
+from simplexmesh._base._kernels_rows import by_rows
 from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND
 
 UNIFORM, AREA, ANGLE, MAX = range(4)
@@ -16,11 +15,11 @@ SLIVER = 1e-10
 """Two edges the sine of whose angle is smaller span a triangle whose normal is lost to rounding."""
 
 
-@Both
-def face_means(centers, rows, wedges, points, weighting, normals, reasons):
+@by_rows(fastmath=FAST)
+def face_means(begin, end, centers, rows, wedges, points, weighting, normals, reasons):
     """Fill the normalized sum of the face normals around each center, whose wedges are those of `rows[row]`."""
     offsets, ahead, behind = wedges
-    for row in prange(centers.shape[0]):
+    for row in range(begin, end):
         start, stop, i = offsets[rows[row]], offsets[rows[row] + 1], centers[row]
         if start == stop:
             reasons[row] = FEW

@@ -6,10 +6,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import prange
 
-from simplexmesh._base._kernels_both import Both
-from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base._kernels_njit import FAST, njit
+from simplexmesh._base._kernels_rows import by_rows
 from simplexmesh.numerics._kernels_matrices import diagonalize
 from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND
 
@@ -47,10 +46,10 @@ def _eigenvalues(matrix, axes, n):
     return least, first, second
 
 
-@Both
-def planes(centers, rows, points, homogeneous, normals, reasons):
+@by_rows(fastmath=FAST)
+def planes(begin, end, centers, rows, points, homogeneous, normals, reasons):
     """Fill unit normals, of either sign, of planes through the mean or, if `homogeneous`, of least sum (n.p + d)^2."""
-    for row in prange(centers.shape[0]):
+    for row in range(begin, end):
         i, near = centers[row], rows.members[rows.offsets[row] : rows.offsets[row + 1]]
         reasons[row] = FEW if near.shape[0] < 2 else DEGENERATE
         if near.shape[0] < 2:

@@ -23,5 +23,5 @@ def estimate(
         rows, wedges = around.centers, samples.wedges
     else:
         rows, wedges = np.arange(n), wedges_between(around)
-    kernels.face_means(around.centers, rows, wedges, samples.points, WEIGHTINGS[weighting], out, reasons)
+    kernels.face_means(n, around.centers, rows, wedges, samples.points, WEIGHTINGS[weighting], out, reasons)
     return Normals(out, reasons)

@@ -23,7 +23,7 @@ def plane(samples: SampledSurface, around: Neighborhoods, normals: Array | None,
     n = len(around)
     homogeneous = checks.choice("variant", variant, ["pca", "svd4"]) == "svd4"
     out, reasons = np.zeros((n, 3)), np.zeros(n, np.uint8)
-    _kernels_plane.planes(around.centers, around._rows, samples.points, homogeneous, out, reasons)
+    _kernels_plane.planes(n, around.centers, around._rows, samples.points, homogeneous, out, reasons)
     return Normals(oriented(out, outward_directions(samples, around) if normals is None else normals), reasons)
 
 
@@ -40,7 +40,7 @@ def chen_schmitt(samples: SampledSurface, around: Neighborhoods, normals: Array,
     """Return the sum of the cross products of the tangents of circles, on the side of the given normals."""
     out, reasons = np.zeros((len(around), 3)), np.zeros(len(around), np.uint8)
     seen = around._rows, samples.points, normals, checks.flag("normalized", normalized)
-    _kernels_chen_schmitt.chen_schmitt(around.centers, *seen, out, reasons)
+    _kernels_chen_schmitt.chen_schmitt(len(around.centers), around.centers, *seen, out, reasons)
     return Normals(out, reasons)
 
 
@@ -56,7 +56,7 @@ def extended_sine(
     )
     out, fits, reasons = np.zeros((n, 3)), np.zeros(n, np.int64), np.zeros(n, np.uint8)
     _kernels_extended_sine.extended_sine(
-        around.centers, around._rows, samples.points, normals, settings, out, fits, reasons
+        n, around.centers, around._rows, samples.points, normals, settings, out, fits, reasons
     )
     if len(left := np.flatnonzero(reasons)):
         instead = quadric(samples, around.taken(left), normals[left], passes=1)

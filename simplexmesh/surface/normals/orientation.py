@@ -29,7 +29,7 @@ def consistent_normals(samples: SampledSurface) -> Array:
     """Return (n, 3) normals of the planes of nearest points, signs propagated between them, outward as a whole."""
     ring, n = samples.one_ring, len(samples.points)
     planes, reasons, homogeneous = np.zeros((n, 3)), np.zeros(n, np.uint8), False
-    kernels.planes(ring.centers, ring._rows, samples.points, homogeneous, planes, reasons)
+    kernels.planes(len(ring.centers), ring.centers, ring._rows, samples.points, homogeneous, planes, reasons)
     return propagated(ring.offsets, ring.members, samples.points, planes)
 
 

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -13,7 +9,6 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 import simplexmesh as sm
-from simplexmesh._base._kernels_both import PARALLEL_FROM
 from simplexmesh._base.vectors import norm
 from simplexmesh.motion.model.averages import HIGHEST, LOWEST, adapted_metric
 from tests.motion import reference as reference
@@ -21,7 +16,6 @@ from tests.motion.meshes import (
     Everywhere,
     evolved,
     hole_places,
-    irregular_sphere,
     open_square,
     open_tube,
     procrustes,
@@ -190,22 +184,6 @@ def test_folded_rim_vertices_are_not_pushed_and_rims_count_their_own_energy():
     assert_allclose(moved[rim], np.where(upright, 0.01, 0.0)[rim], atol=1e-15)
     model = sm.DeformableModel(tube, alpha=np.isin(np.arange(tube.n_vertices), rim) * 0.5)
     assert next(model.run(1)).energy < 1e-25  # the rim is at rest, though not under the force of a surface
-
-
-def test_threads_that_wait_sleep():
-    code = "import os, simplexmesh._base; print(os.environ['OMP_WAIT_POLICY'])"
-    clean = {name: value for name, value in os.environ.items() if name != "OMP_WAIT_POLICY"}
-    for told, kept in (({}, "passive"), ({"OMP_WAIT_POLICY": "active"}, "active")):
-        done = subprocess.run(
-            [sys.executable, "-c", code], env=clean | told, capture_output=True, text=True, check=True
-        )
-        assert done.stdout.strip() == kept
-
-
-def test_large_meshes_take_the_parallel_kernels():
-    assert sm.sphere(18).n_vertices > PARALLEL_FROM
-    ball = irregular_sphere(frequency=18)
-    assert norm(evolved(ball, 20, metric=ball.metric).vertices - ball.vertices).max() < 1e-12
 
 
 def test_rounding_on_a_plane_draws_no_vertex():

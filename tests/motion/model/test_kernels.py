@@ -1,4 +1,4 @@
-"""Kernels of the motion equal naive twins of the thesis's formulas, serial and parallel, fast and general."""
+"""Kernels of the motion equal naive twins of the thesis's formulas, fast and general."""
 
 from __future__ import annotations
 
@@ -41,10 +41,10 @@ def apart(vertices, neighbors):
     return np.linalg.norm(vertices[neighbors] - vertices[:, None], axis=2).min(axis=1) > 1e-9
 
 
-def frames(vertices, neighbors, which="serial"):
+def frames(vertices, neighbors):
     n = len(vertices)
     out = Frames(np.zeros((n, 3)), np.zeros(n), np.zeros(n), np.zeros(n), np.full(n, 9, np.int8))
-    getattr(_kernels_step.frames, which)(vertices, neighbors, *out)
+    _kernels_step.frames(n, vertices, neighbors, *out)
     normals, inverse_radius, curvature, area, obtuse = out
     beyond = reference.beyond_a_right_angle(vertices, neighbors)
     assert_array_equal(obtuse[apart(vertices, neighbors)], beyond[apart(vertices, neighbors)])
@@ -70,9 +70,9 @@ def stepped(kernel, seed, constraint, vertices, neighbors, *, fast=False, extra=
     frame = Frames(normals, inverse_radius, np.zeros(n), np.zeros(n), obtuse)
     moving, forces = Moving(vertices, previous, neighbors, metric), Forces(alpha, beta, damping, gaps)
     if fast:
-        kernel(wanted, moving, frame, forces, out)
+        kernel(n, wanted, moving, frame, forces, out)
     else:
-        kernel(codes, moving, frame, Wanted(wanted, angle, np.zeros((n, 3)) + extra), forces, out)
+        kernel(n, codes, moving, frame, Wanted(wanted, angle, np.zeros((n, 3)) + extra), forces, out)
     phi = reference.wanted_angle(constraint, vertices, neighbors, curvature=wanted, angle=angle)
     twin = reference.step(
         vertices, previous, neighbors, metric, phi, gaps, alpha=alpha, beta=beta, damping=damping, extra=extra
@@ -103,7 +103,7 @@ def test_angles_are_simplex_angles_over_the_whole_range(seed, degenerate):
     vertices, neighbors = rough(seed, noise=0.5, degenerate=degenerate)
     normals, inverse_radius, _ = frames(vertices, neighbors)
     out = np.zeros(len(vertices))
-    _kernels_step.angles.serial(vertices, neighbors, normals, inverse_radius, out)
+    _kernels_step.angles(len(vertices), vertices, neighbors, normals, inverse_radius, out)
     turn = (out - reference.simplex_angle(vertices, neighbors) + np.pi) % (2 * np.pi) - np.pi
     assert_allclose(turn[apart(vertices, neighbors)], 0, atol=1e-6)
     assert np.abs(out).max() > np.pi / 2
@@ -114,11 +114,11 @@ def test_averages_are_the_means_over_the_one_ring(seed):
     vertices, neighbors = rough(seed, degenerate=True)
     rng = np.random.default_rng(seed)
     out, values = np.zeros(len(vertices)), rng.normal(size=len(vertices))
-    _kernels_averages.averages.serial(values, neighbors, out)
+    _kernels_averages.averages(len(vertices), values, neighbors, out)
     assert_allclose(out, reference.one_ring_mean(values, neighbors), atol=1e-14)
     inverse_radius = frames(vertices, neighbors)[1]
     angles = rng.uniform(-np.pi, np.pi, len(vertices))
-    _kernels_averages.angle_averages.serial(angles, neighbors, inverse_radius, out)
+    _kernels_averages.angle_averages(len(vertices), angles, neighbors, inverse_radius, out)
     radii = 1 / np.where(inverse_radius > 0, inverse_radius, np.nan)
     assert_allclose(out, reference.one_ring_mean_angle(angles, neighbors, radii), atol=1e-9)
 
@@ -130,7 +130,7 @@ def test_averages_are_the_means_over_the_one_ring(seed):
 def test_a_step_is_the_law_of_motion_under_every_constraint(seed, degenerate, name):
     vertices, neighbors = rough(seed, noise=0.1, degenerate=degenerate)
     extra = np.random.default_rng(seed).normal(scale=0.02, size=vertices.shape)
-    kernel = _kernels_step.constrained_step.serial
+    kernel = _kernels_step.constrained_step
     out, twin = stepped(kernel, seed, [name] * len(vertices), vertices, neighbors, extra=extra)
     clear = apart(vertices, neighbors)
     for ours, naive in zip(out, twin, strict=True):
@@ -142,8 +142,8 @@ def test_a_step_is_the_law_of_motion_under_every_constraint(seed, degenerate, na
 def test_the_fast_step_is_the_general_one_where_all_want_mean_curvature(seed, degenerate):
     vertices, neighbors = rough(seed, noise=0.1, degenerate=degenerate)
     names = ["mean_curvature"] * len(vertices)
-    fast, twin = stepped(_kernels_step.curvature_step.serial, seed, names, vertices, neighbors, fast=True)
-    general, _ = stepped(_kernels_step.constrained_step.serial, seed, names, vertices, neighbors)
+    fast, twin = stepped(_kernels_step.curvature_step, seed, names, vertices, neighbors, fast=True)
+    general, _ = stepped(_kernels_step.constrained_step, seed, names, vertices, neighbors)
     for a, b, c in zip(fast, general, twin, strict=True):
         assert_allclose(a, b, atol=1e-10)
         assert_allclose(a, c, atol=1e-7)
@@ -152,52 +152,27 @@ def test_the_fast_step_is_the_general_one_where_all_want_mean_curvature(seed, de
 def test_vertices_each_follow_their_own_constraint():
     vertices, neighbors = rough(5, noise=0.1)
     names = [reference.NAMES[i % len(reference.NAMES)] for i in range(len(vertices))]
-    (mixed, _, _), _ = stepped(_kernels_step.constrained_step.serial, 5, names, vertices, neighbors)
+    (mixed, _, _), _ = stepped(_kernels_step.constrained_step, 5, names, vertices, neighbors)
     for k, name in enumerate(reference.NAMES):
-        (pure, _, _), _ = stepped(_kernels_step.constrained_step.serial, 5, [name] * len(vertices), vertices, neighbors)
+        (pure, _, _), _ = stepped(_kernels_step.constrained_step, 5, [name] * len(vertices), vertices, neighbors)
         assert_array_equal(mixed[k :: len(reference.NAMES)], pure[k :: len(reference.NAMES)])
 
 
-@pytest.mark.nightly
-def test_serial_and_parallel_agree():
-    vertices, neighbors = rough(1, noise=0.02, frequency=12)
-    names = [reference.NAMES[i % len(reference.NAMES)] for i in range(len(vertices))]
-    for a, b in zip(frames(vertices, neighbors), frames(vertices, neighbors, "parallel"), strict=True):
-        assert_allclose(a, b, rtol=1e-12, atol=1e-14)
-    for kernel, fast in ((_kernels_step.constrained_step, False), (_kernels_step.curvature_step, True)):
-        one, _ = stepped(kernel.serial, 1, names, vertices, neighbors, fast=fast)
-        all_, _ = stepped(kernel.parallel, 1, names, vertices, neighbors, fast=fast)
-        for a, b in zip(one, all_, strict=True):
-            assert_allclose(a, b, rtol=1e-12, atol=1e-13)
-    values = np.random.default_rng(0).normal(size=len(vertices))
-    normals, inverse_radius, _ = frames(vertices, neighbors)
-    for kernel, rest in (
-        (_kernels_averages.averages, (values, neighbors)),
-        (_kernels_averages.angle_averages, (values, neighbors, inverse_radius)),
-        (_kernels_step.angles, (vertices, neighbors, normals, inverse_radius)),
-    ):
-        one, many = np.zeros(len(vertices)), np.zeros(len(vertices))
-        kernel.serial(*rest, one)
-        kernel.parallel(*rest, many)
-        assert_allclose(one, many, rtol=1e-12, atol=1e-14)
-
-
-@pytest.mark.parametrize("which", ["serial", "parallel"])
 @given(seed=SEEDS, strength=st.floats(0, 1))
 @settings(max_examples=8)
-def test_adaptation_kernels_are_the_floored_formula(which, seed, strength):
+def test_adaptation_kernels_are_the_floored_formula(seed, strength):
     vertices, neighbors = rough(seed, degenerate=True)
     rng = np.random.default_rng(seed)
     normals, size = frames(vertices, neighbors)[0], np.zeros(len(vertices))
     vertices[3] = vertices[neighbors[3, 1]]
     lengths = np.linalg.norm(vertices[neighbors] - vertices[:, None], axis=2)
     for shortest in (0.0, float(np.median(lengths))):
-        getattr(_kernels_averages.curvedness, which)(vertices, normals, neighbors, shortest, size)
+        _kernels_averages.curvedness(len(size), vertices, normals, neighbors, shortest, size)
         assert_allclose(size, reference.curvedness(vertices, normals, neighbors, shortest), rtol=1e-9, atol=1e-12)
     size = rng.normal(size=len(size)) ** 3 * (rng.random(len(size)) < 0.8)
     metric, out = rng.dirichlet([9.0, 9.0, 9.0], len(size)), np.zeros((len(size), 3))
     floor = np.abs(size).mean()
-    getattr(_kernels_averages.adapted, which)(metric, size, floor, neighbors, strength, 0.05, 0.833, out)
+    _kernels_averages.adapted(len(size), metric, size, floor, neighbors, strength, 0.05, 0.833, out)
     assert_allclose(out, reference.adapted_metric(metric, size, neighbors, strength, 0.05, 0.833), atol=1e-12)
 
 

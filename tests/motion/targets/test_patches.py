@@ -54,7 +54,7 @@ def height(j, place, along=(0.0, 0.0, 0.0)):
 
 def packed(oriented):
     patches = np.zeros((COUNT, 14, kernels.LANES), np.float32)
-    kernels.pack_patches(TABLE, SUPPORT, NEIGHBORS, oriented, patches)
+    kernels.pack_patches(len(TABLE), TABLE, SUPPORT, NEIGHBORS, oriented, patches)
     return patches
 
 
@@ -108,7 +108,7 @@ def test_heights_are_blended_by_distance(oriented):
 @pytest.mark.parametrize("oriented", [False, True])
 def test_surfels_are_averaged_as_height_functions(oriented):
     out = np.zeros_like(TABLE)
-    kernels.blend_all(TABLE, SUPPORT, NEIGHBORS, oriented, out)
+    kernels.blend_all(len(TABLE), TABLE, SUPPORT, NEIGHBORS, oriented, out)
     moved = 0
     for i in range(COUNT):
         value, slope, form, total = 0.0, np.zeros(3), np.zeros(6), 0.0

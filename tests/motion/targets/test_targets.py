@@ -269,15 +269,6 @@ def test_a_vertex_without_a_normal_has_no_gap():
     assert np.isnan(gaps).all()
 
 
-def test_serial_and_parallel_searches_agree():
-    n = directions(5000)
-    target = sm.targets.Isosurface(ball(0.5), 0.0)
-    assert len(n) >= _kernels_volume.isosurface_gaps.pays_from
-    many = target.gap(5.5 * n, n, 3.0)
-    few = np.concatenate([target.gap(5.5 * n[k : k + 500], n[k : k + 500], 3.0) for k in range(0, 5000, 500)])
-    assert_allclose(many, few, atol=1e-12)
-
-
 def test_a_mesh_finds_the_ball_in_the_volume():
     volume = ball(0.5)
     start = sm.sphere(8, radius=4.0, center=(0.5, -0.3, 0.2))

@@ -484,7 +484,7 @@ def test_kernels_do_what_plain_code_does(seed):
     points, normals = random_oriented(rng, 40)
     chosen = rng.permutation(40)[:6]
     images = np.zeros((6, kernels.RADIAL_BINS * kernels.AXIAL_BINS))
-    kernels.spin_images(points, normals, chosen, 1.3, images)
+    kernels.spin_images(len(chosen), points, normals, chosen, 1.3, images)
     shape = kernels.RADIAL_BINS, kernels.AXIAL_BINS
     np.testing.assert_allclose(images, plain.spin_images(points, normals, chosen, 1.3, shape), atol=1e-9)
 
@@ -503,7 +503,7 @@ def test_kernels_do_what_plain_code_does(seed):
     rows, queries = rng.normal(size=(30, 8)).astype(np.float32), rng.normal(size=(5, 8)).astype(np.float32)
     squares, starts = (rows**2).sum(axis=1), np.array([0, 12, 13, 30])
     out = np.full((3, 5), np.inf, np.float32)
-    kernels.nearest(rows, squares, starts, np.ascontiguousarray(queries.T), out)
+    kernels.nearest(len(starts) - 1, rows, squares, starts, np.ascontiguousarray(queries.T), out)
     expected = plain.squared_distances(rows, queries)
     least = [expected[a:b].min(axis=0) for a, b in itertools.pairwise(starts)]
     np.testing.assert_allclose(out + (queries**2).sum(axis=1), least, atol=1e-4)

@@ -386,10 +386,10 @@ class TestKernels:
         grid = kernels.TargetGrid(target, np.zeros((2, 2, 2), np.int32), np.zeros(3), 1.0)
         motion_, owner, scores = motion_rows(np.eye(3)[None], np.zeros((1, 3))), np.zeros(1, np.int64), np.zeros(1)
         sources = kernels.SourceColumns(columns, np.array([0, 7]))
-        kernels.score_motions(motion_, owner, sources, grid, np.array([5.0]), scores)
+        kernels.score_motions(len(motion_), motion_, owner, sources, grid, np.array([5.0]), scores)
         assert scores[0] == pytest.approx(1 / 7)
         sources = kernels.SourceColumns(columns[:, [0, 3]].copy(), np.array([0, 2]))
-        kernels.refine_motions(motion_, owner, sources, grid, np.array([[5.0]]))
+        kernels.refine_motions(len(motion_), motion_, owner, sources, grid, np.array([[5.0]]))
         assert_allclose(motion_, motion_rows(np.eye(3)[None], np.zeros((1, 3))), atol=1e-12)
 
     @given(st.integers(0, 2**32 - 1), st.integers(1, 12))
@@ -431,7 +431,7 @@ class TestKernels:
         motion_ = motion_rows(turns(0.1 * rng.normal(size=(1, 3))), 0.02 * rng.normal(size=(1, 3)))
         columns, step, width = source.columns(source.refining_rows), motion_.copy(), 0.08
         sources = kernels.SourceColumns(columns, np.array([0, columns.shape[1]]))
-        kernels.refine_motions(step, np.zeros(1, np.int64), sources, grid, np.array([[width]]))
+        kernels.refine_motions(len(step), step, np.zeros(1, np.int64), sources, grid, np.array([[width]]))
         plain = reference.step_to_planes(motion_[0], columns.T, grid.nearest, grid.low, grid.cell, grid.planes, width)
         assert_allclose(step[0], plain, atol=1e-9)
 

@@ -24,7 +24,7 @@ from simplexmesh.bench.truth.noise import noisy, unit_of
 from simplexmesh.surface.curvature.adaptive import _kernels_jets as kernels
 from simplexmesh.surface.curvature.adaptive._kernels_balls import Surface, collected
 from simplexmesh.surface.curvature.adaptive._kernels_polynomials import workspace
-from simplexmesh.surface.curvature.adaptive.adaptive import Jets, fitted
+from simplexmesh.surface.curvature.adaptive.adaptive import fitted
 from simplexmesh.surface.curvature.adaptive.probes import ProbeFits, noise_level, probe_fits, risks
 from simplexmesh.surface.curvature.adaptive.scales import (
     LADDER,
@@ -330,20 +330,6 @@ class TestSymmetry:
         found, part = measured("2.5k", 0.1)[1], sm.curvature(mesh, at=some)
         np.testing.assert_array_equal(part.mean, found.mean[some])
         np.testing.assert_array_equal(part.error, found.error[some])
-
-    def test_one_thread_and_all_agree(self):
-        _, mesh = torus(noise=0.1)
-        samples = as_sampled_surface(mesh)
-        surface, n = surface_of(samples), len(mesh.vertices)
-        scales = scales_of(samples, surface)
-        outs = []
-        for run in (kernels.jets.serial, kernels.jets.parallel):
-            three = np.zeros((n, 3))
-            out = Jets(np.zeros((n, 2)), three, three.copy(), np.zeros(n), np.zeros(n), np.zeros(n, np.uint8))
-            run(np.arange(n), surface, scales, 3, out)
-            outs.append(out)
-        for one, other in zip(*outs, strict=True):
-            np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-12)
 
 
 class TestTwins:

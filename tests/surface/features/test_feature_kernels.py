@@ -188,7 +188,7 @@ class TestNormals:
     def test_means_and_spreads(self, patched):
         facets, offsets, members, rings = patched
         means, spreads = np.empty_like(facets.normals), np.empty(len(rings))
-        _kernels_normals.fill_means(offsets, members, facets.areas, facets.normals, means, spreads)
+        _kernels_normals.fill_means(len(means), offsets, members, facets.areas, facets.normals, means, spreads)
         for t, ring in enumerate(rings):
             total = (facets.areas[ring, None] * facets.normals[ring]).sum(axis=0)
             length = np.linalg.norm(total)
@@ -201,7 +201,9 @@ class TestNormals:
         rng = np.random.default_rng(0)
         means, spreads = rng.normal(size=facets.normals.shape), rng.random(len(rings))
         guides, limits, changed = np.empty_like(means), 0.3 * rng.random(len(rings)), 0
-        _kernels_normals.fill_guides(offsets, members, facets.normals, means, spreads, gain, limits, guides)
+        _kernels_normals.fill_guides(
+            len(guides), offsets, members, facets.normals, means, spreads, gain, limits, guides
+        )
         for t, ring in enumerate(rings):
             best = min(ring, key=lambda u: spreads[u])
             best = best if spreads[best] <= gain * spreads[t] else t
@@ -216,7 +218,7 @@ class TestNormals:
         rng = np.random.default_rng(0)
         weights, out = rng.random(len(members)), np.empty_like(facets.normals)
         guides, widths = facets.normals + 0.2 * rng.normal(size=out.shape), width * rng.uniform(1, 2, len(out))
-        _kernels_normals.fill_averages(offsets, members, weights, guides, facets.normals, widths, out)
+        _kernels_normals.fill_averages(len(out), offsets, members, weights, guides, facets.normals, widths, out)
         for t, ring in enumerate(rings):
             alike = np.exp(-((guides[ring] - guides[t]) ** 2).sum(axis=1) / (2 * widths[t] ** 2))
             total = (weights[offsets[t] : offsets[t + 1]] * alike) @ facets.normals[ring]
@@ -225,7 +227,9 @@ class TestNormals:
     def test_where_nothing_is_alike_the_guide_is_left(self):
         guides, out = np.array([[1.0, 0, 0], [0, 1.0, 0]]), np.empty((2, 3))
         zero = np.zeros((2, 3))
-        _kernels_normals.fill_averages(np.arange(3), np.arange(2), np.ones(2), guides, zero, np.full(2, 0.1), out)
+        _kernels_normals.fill_averages(
+            len(out), np.arange(3), np.arange(2), np.ones(2), guides, zero, np.full(2, 0.1), out
+        )
         assert_array_equal(out, guides)
 
 
@@ -267,7 +271,7 @@ def test_weights_are_gaussian_in_the_mean_distance(body):
     everywhere = np.arange(body.n_faces)
     offsets, members = patches(facets.faces, body.n_vertices, facets.centers, np.zeros(body.n_faces), everywhere)
     found = np.empty(len(members))
-    _kernels_normals.fill_weights(offsets, members, facets.centers, facets.areas, found)
+    _kernels_normals.fill_weights(len(facets.areas), offsets, members, facets.centers, facets.areas, found)
     for t, (i, j) in enumerate(pairwise(offsets)):
         apart = np.linalg.norm(facets.centers[members[i:j]] - facets.centers[t], axis=1)
         areas = facets.areas[members[i:j]]

@@ -13,8 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from simplexmesh._base._kernels_both import FAST
-from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base._kernels_njit import FAST, njit
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh.numerics._kernels_frames import tangents
 from simplexmesh.numerics._kernels_matrices import solve

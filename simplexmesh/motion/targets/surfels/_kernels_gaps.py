@@ -9,14 +9,12 @@ would find it (L. Verlet, Computer experiments on classical fluids, 1967).
 from __future__ import annotations
 
 import math
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numba import prange
 
-from simplexmesh._base._kernels_both import Both
-from simplexmesh._base._kernels_njit import LEAN, njit
+from simplexmesh._base._kernels_njit import FAST, LEAN, njit
+from simplexmesh._base._kernels_rows import by_rows
 from simplexmesh._base.arrays import Array, Indices32
 from simplexmesh.motion.targets.surfels._kernels_patches import (
     blended_height,
@@ -223,13 +221,12 @@ def _surface_gap(heads, neighbors, patches, i, place, direction):
     return value if far <= 1.0 else toward + (2.0 - math.sqrt(far)) * (value - toward)
 
 
-@partial(Both, pays_from=1500)  # a vertex costs 60 ns or more
-def surfel_gaps(vertices, normals, center, reach, search, surfels, cache, out):
+@by_rows(1500, fastmath=FAST)  # a vertex costs 60 ns or more
+def surfel_gaps(begin, end, vertices, normals, center, reach, search, surfels, cache, out):
     """Fill the distances along normals, NaN beyond `reach`; surfels, relative to `center`, are sought in `search`."""
     points, heads, oriented = surfels.points, surfels.heads, surfels.oriented
     neighbors, patches, known, listed = surfels.neighbors, surfels.patches, cache.known, cache.listed
-    for r in prange(len(vertices)):
-        v = np.int64(r)
+    for v in range(begin, end):
         place = vertices[v, 0] - center[0], vertices[v, 1] - center[1], vertices[v, 2] - center[2]
         direction = row(normals, v)
         out[v] = math.nan

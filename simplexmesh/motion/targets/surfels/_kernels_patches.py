@@ -11,10 +11,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import prange
 
-from simplexmesh._base._kernels_both import FAST
-from simplexmesh._base._kernels_njit import LEAN, njit
+from simplexmesh._base._kernels_njit import FAST, LEAN, njit
+from simplexmesh._base._kernels_rows import by_rows
 
 LANES = 8  # surfels per patch
 
@@ -31,16 +30,15 @@ def _same_sheet(table, i, j, oriented):
     return agree if rise * rise <= 0.36 * (dx * dx + dy * dy + dz * dz) else 0.0
 
 
-@njit(cache=True, error_model="numpy", parallel=True)
-def pack_patches(table, support, neighbors, oriented, patches):
+@by_rows(1000)
+def pack_patches(begin, end, table, support, neighbors, oriented, patches):
     """Fill `patches` (m, 14, 8) with each surfel and its seven nearest, side by side for vector arithmetic.
 
     Relative to the surfel, in units of its support. Rows: point, 1 / support^2, unit normal, second-order form, cosine
     to the surfel's normal. Normal and form are multiplied by the cosine, which flips surfels of opposite orientation;
     row 13 holds its absolute value. Surfels on another sheet have weight zero.
     """
-    for row in prange(len(table)):
-        i = np.int64(row)  # the prange index is unsigned: mixed with signed integers it would become a float
+    for i in range(begin, end):
         scale = 1.0 / support[i]
         for k in range(LANES):
             j = i if k == 0 else neighbors[i, k - 1]
@@ -120,11 +118,10 @@ def closest_lane(patches, i, place):
     return lane
 
 
-@njit(cache=True, error_model="numpy", parallel=True, fastmath=FAST)
-def blend_all(table, support, neighbors, oriented, out):
+@by_rows(1000, fastmath=FAST)
+def blend_all(begin, end, table, support, neighbors, oriented, out):
     """Fill `out` (m, 12) with each surfel averaged with its neighbors: their height functions, weighted by distance."""
-    for row in prange(len(table)):
-        i = np.int64(row)  # the prange index is unsigned: mixed with signed integers it would become a float
+    for i in range(begin, end):
         x, y, z = table[i, 0], table[i, 1], table[i, 2]
         total = value = gx = gy = gz = 0.0
         q = np.zeros(6)

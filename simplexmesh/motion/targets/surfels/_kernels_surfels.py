@@ -7,9 +7,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import prange
 
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base._kernels_rows import by_rows
 from simplexmesh.motion.targets.surfels._kernels_fit import MAX_POINTS, NO_FIT, Goodness, fit, new_local
 from simplexmesh.numerics._kernels_local_fits import fit_plane
 from simplexmesh.numerics._kernels_tree import within
@@ -105,10 +105,10 @@ def _fit_growing(cloud, local, at, base, largest, reports):
             assign(surfel, before)
 
 
-@njit(cache=True, error_model="numpy", parallel=True)
-def fit_scales(cloud, centers, bases, largest, reports):
+@by_rows(20)
+def fit_scales(begin, end, cloud, centers, bases, largest, reports):
     """Fill `reports` (m, levels, 6) of fits around points `centers` at radii ``base RATIO^level``; NaN for none."""
-    for c in prange(len(centers)):
+    for c in range(begin, end):
         _fit_growing(cloud, new_local(), centers[c], bases[c], largest, reports[c])
 
 
@@ -143,10 +143,10 @@ def _fit_place(cloud, local, at, radius, surfel):
     return Goodness(report.offset, variance, noise, report.used, report.eccentricity, report.curvature)
 
 
-@njit(cache=True, error_model="numpy", parallel=True)
-def widen(tree, centers, largest, radii):
+@by_rows(200)
+def widen(begin, end, tree, centers, largest, radii):
     """Widen `radii` (m,), up to `largest`, until the points there, as of one scan row, are not collinear."""
-    for q in prange(len(centers)):
+    for q in range(begin, end):
         members, normal = np.empty(MAX_POINTS, np.int64), np.zeros(3)
         place, radius = row(tree.points, centers[q]), radii[q]
         while radius <= largest[q]:
@@ -161,10 +161,10 @@ def widen(tree, centers, largest, radii):
             radius *= RATIO
 
 
-@njit(cache=True, error_model="numpy", parallel=True)
-def fit_all(cloud, centers, radii, isotropic, surfels, reports):
+@by_rows(20)
+def fit_all(begin, end, cloud, centers, radii, isotropic, surfels, reports):
     """Fill `surfels` (m, 12) and `reports` (m, 6) of points `centers` at `radii`, reduced where that bends too much."""
-    for c in prange(len(centers)):
+    for c in range(begin, end):
         radii[c] = _fit_shrinking(cloud, new_local(), centers[c], radii[c], isotropic, surfels[c], reports[c])
 
 

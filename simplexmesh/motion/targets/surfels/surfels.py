@@ -70,7 +70,7 @@ def _without_noise(cloud: Cloud, centers: Indices, pilots: Indices, radii: Array
 def _fits(cloud: Cloud, centers: Indices, radii: Array) -> tuple[Array, Goodness]:
     """Return the fits (m, 12) around points, and their report; `radii` (m,) are reduced as by `fit_all`."""
     table, reports = np.zeros((len(centers), 12)), np.zeros((len(centers), len(Goodness._fields)))
-    kernels.fit_all(cloud, centers, radii, not len(cloud.spread), table, reports)
+    kernels.fit_all(len(centers), cloud, centers, radii, not len(cloud.spread), table, reports)
     return table, Goodness(*reports.T)
 
 
@@ -89,10 +89,10 @@ def _chosen_radii(cloud: Cloud, pilots: Indices) -> Array:
     largest = max(0.3 * float(np.linalg.norm(cloud.boxes[0, 3:] - cloud.boxes[0, :3])), bases.max())
     if not len(cloud.spread):  # points with known errors come from a grid, not from scan rows
         wide = bases.copy()
-        kernels.widen(cloud, pilots, np.minimum(largest, 6 * bases), wide)
+        kernels.widen(len(pilots), cloud, pilots, np.minimum(largest, 6 * bases), wide)
         bases = np.maximum(bases, np.median(wide[around], axis=1))
     table = np.zeros((len(pilots), LEVELS, len(Goodness._fields)))
-    kernels.fit_scales(cloud, pilots, bases, largest, table)
+    kernels.fit_scales(len(pilots), cloud, pilots, bases, largest, table)
     report = Goodness(*np.moveaxis(table, 2, 0))
     radius = bases[:, None] * kernels.RATIO ** np.arange(LEVELS)
     blurred = radius < 3.0 * report.noise
@@ -233,7 +233,9 @@ def _blended(table: Array, *, oriented: bool) -> Array:
     distance, index = _nearest_others(tree)
     support = np.maximum(1.2 * _largest(distance[:, :8]), 1e-300)
     out, back = np.zeros_like(table), np.argsort(tree.order)
-    _kernels_patches.blend_all(table[tree.order], support, index[:, :NEIGHBORS].astype(np.int32), oriented, out)
+    _kernels_patches.blend_all(
+        len(table), table[tree.order], support, index[:, :NEIGHBORS].astype(np.int32), oriented, out
+    )
     return out[back]
 
 
@@ -247,7 +249,7 @@ def assembled(table: Array, noise: Array, radius: Array, *, oriented: bool) -> S
     support = np.maximum(1.5 * _largest(distance[:, :3]), 1e-300)
     support = np.minimum(support, MAX_SUPPORT_RATIO * support[neighbors].min(axis=1))
     patches = np.zeros((len(table), 14, _kernels_patches.LANES), np.float32)
-    _kernels_patches.pack_patches(table, support, neighbors, oriented, patches)
+    _kernels_patches.pack_patches(len(table), table, support, neighbors, oriented, patches)
     normals, beside, beyond = np.where(known[:, None], table[:, 3:6], np.nan), distance[:, -1], distance[:, 7]
     heads = np.column_stack([table[:, :3], normals, support, 2.25 * beside**2, beyond**2])
     return Surfels(

@@ -10,8 +10,7 @@ import numpy as np
 from numba import int32, int64, uint64
 from numpy.typing import NDArray
 
-from simplexmesh._base._kernels_both import FAST
-from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base._kernels_njit import FAST, njit
 from simplexmesh._base.arrays import Array, Mask
 
 CAPACITY, ENOUGH = 352, 245
@@ -29,8 +28,7 @@ ZERO, ONE = np.uint64(0), np.uint64(1)
 jit = njit(cache=True, error_model="numpy", fastmath=FAST)
 
 inlined = njit(cache=True, error_model="numpy", fastmath=FAST, inline="always")
-"""For links of a chain of calls: numba would compile all that follows again at each. Never within a parallel loop,
-whose threads would share what such functions add up."""
+"""For links of a chain of calls: numba would compile all that follows again at each."""
 
 
 class Surface(NamedTuple):

@@ -7,9 +7,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import prange
 
-from simplexmesh._base._kernels_both import Both
+from simplexmesh._base._kernels_njit import FAST
+from simplexmesh._base._kernels_rows import by_rows
 from simplexmesh.numerics._kernels_matrices import factored, influence, solved
 from simplexmesh.surface.curvature.adaptive._kernels_balls import (
     CAPACITY,
@@ -116,17 +116,9 @@ class FittedJet(NamedTuple):
     truncation: float
 
 
-@Both
-def jets(centers, surface, scales, chunks, out):
+@by_rows(fastmath=FAST)
+def jets(begin, end, centers, surface, scales, out):
     """Fit a jet around each center at its scale, which blends into shorter ones as residuals exceed noise."""
-    for chunk in prange(chunks):
-        n = centers.shape[0]
-        _part(chunk * n // chunks, (chunk + 1) * n // chunks, centers, surface, scales, out)
-
-
-@jit
-def _part(begin, end, centers, surface, scales, out):
-    """Fit some of the rows."""
     stamps, work = np.full(surface.points.shape[0], -1, np.int32), workspace(CAPACITY)
     for row in range(begin, end):
         out.reasons[row] = FEW

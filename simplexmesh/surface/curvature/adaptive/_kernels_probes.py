@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import prange
 
-from simplexmesh._base._kernels_both import Both
+from simplexmesh._base._kernels_njit import FAST
+from simplexmesh._base._kernels_rows import by_rows
 from simplexmesh.numerics._kernels_matrices import factored, influence
 from simplexmesh.surface.curvature.adaptive._kernels_balls import (
     CAPACITY,
@@ -30,17 +30,9 @@ from simplexmesh.surface.curvature.adaptive._kernels_polynomials import (
 )
 
 
-@Both
-def probes(centers, surface, chunks, out):
+@by_rows(fastmath=FAST)
+def probes(begin, end, centers, surface, out):
     """Fit polynomials of all degrees at all radii of `out`, which may be shortened, and write statistics there."""
-    for chunk in prange(chunks):
-        n = centers.shape[0]
-        _part(chunk * n // chunks, (chunk + 1) * n // chunks, centers, surface, out)
-
-
-@jit
-def _part(begin, end, centers, surface, out):
-    """Fit some of the probes."""
     stamps, work, last = np.full(surface.points.shape[0], -1, np.int32), workspace(CAPACITY), out.radii.shape[1] - 1
     around = work.around
     for row in range(begin, end):

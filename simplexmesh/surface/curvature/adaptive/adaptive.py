@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.errors import warn
-from simplexmesh.surface._kernels_fan import chunks
 from simplexmesh.surface.curvature.adaptive import _kernels_jets as kernels
 from simplexmesh.surface.curvature.adaptive._kernels_balls import Surface
 from simplexmesh.surface.curvature.adaptive.scales import WIDEST, Scales, scales_of, surface_of
@@ -61,7 +60,7 @@ def fitted(surface: Surface, rows: Indices, scales: Scales) -> Jets:
     """Fit jets around the points `rows`."""
     n = len(rows)
     out = Jets(np.zeros((n, 2)), np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n), np.zeros(n), np.zeros(n, np.uint8))
-    kernels.jets(rows, surface, scales, chunks(n), out)
+    kernels.jets(n, rows, surface, scales, out)
     return out
 
 

@@ -8,7 +8,6 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from simplexmesh._base.arrays import Array, Indices
-from simplexmesh.surface._kernels_fan import chunks
 from simplexmesh.surface.curvature.adaptive import _kernels_probes as kernels
 from simplexmesh.surface.curvature.adaptive._kernels_balls import Surface
 from simplexmesh.surface.curvature.adaptive._kernels_jets import RESIDUAL_BIAS
@@ -58,7 +57,7 @@ def probe_fits(surface: Surface, rows: Indices, radii: Array) -> ProbeFits:
     degrees = HIGHEST - 1  # 2 to the highest; those from 3 on have priors
     shapes = (2, degrees), (2, degrees), (degrees - 1,), (degrees - 1, degrees - 1), (), (), (), (degrees,)
     out = ProbeFits(np.ascontiguousarray(radii), *(np.zeros((*radii.shape, *shape)) for shape in shapes))
-    kernels.probes(rows, surface, chunks(len(rows)), out)
+    kernels.probes(len(rows), rows, surface, out)
     return out
 
 

@@ -6,10 +6,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from numba import prange
-
-from simplexmesh._base._kernels_both import FAST, Both
-from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base._kernels_njit import FAST, njit
+from simplexmesh._base._kernels_rows import by_rows
 from simplexmesh._base.arrays import Array
 from simplexmesh.surface.reasons import DEGENERATE, FEW, FOUND, OPEN
 
@@ -26,10 +24,10 @@ class MeanAndGauss(NamedTuple):
     gauss: Array
 
 
-@Both
-def discrete(centers, rows, points, normals, area, projected, out, reasons):
+@by_rows(fastmath=FAST)
+def discrete(begin, end, centers, rows, points, normals, area, projected, out, reasons):
     """Fill H, half the length of the area gradient, and K, the angle defect, both per cell area (Meyer 2003)."""
-    for row in prange(centers.shape[0]):
+    for row in range(begin, end):
         reasons[row] = _measured(row, centers[row], rows, points, normals, area, projected, out)
 
 

@@ -7,11 +7,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import prange
 from numpy.typing import NDArray
 
-from simplexmesh._base._kernels_both import Both
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base._kernels_rows import by_rows
 from simplexmesh._base.arrays import Array
 from simplexmesh.numerics._kernels_frames import tangents
 from simplexmesh.numerics._kernels_matrices import principal
@@ -45,17 +44,9 @@ class Curvatures(NamedTuple):
     reasons: NDArray[np.uint8]
 
 
-@Both
-def curvatures(centers, rows, points, normals, choice, chunks, out):
-    """Fill the curvatures of each row over the given normal."""
-    for chunk in prange(chunks):
-        n = centers.shape[0]
-        _part(chunk * n // chunks, (chunk + 1) * n // chunks, centers, rows, points, normals, choice, out)
-
-
-@njit(cache=True, error_model="numpy")
-def _part(begin, end, centers, rows, points, normals, choice, out):
-    """Fill the curvatures of some rows: each fan is reduced to a form by the chosen estimator."""
+@by_rows()
+def curvatures(begin, end, centers, rows, points, normals, choice, out):
+    """Fill the curvatures of each row over the given normal: each fan is reduced to a form by the chosen estimator."""
     most = 1
     for row in range(begin, end):
         most = max(most, rows.offsets[row + 1] - rows.offsets[row])

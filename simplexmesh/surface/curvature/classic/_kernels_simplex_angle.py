@@ -5,19 +5,18 @@ from __future__ import annotations
 
 import math
 
-from numba import prange
-
-from simplexmesh._base._kernels_both import Both
+from simplexmesh._base._kernels_njit import FAST
+from simplexmesh._base._kernels_rows import by_rows
 from simplexmesh.surface.reasons import DEGENERATE, FOUND, OPEN
 
 THIN = 1e-12
 """Three neighbors whose triangle is a smaller share of its squared sides have no plane."""
 
 
-@Both
-def mean_curvatures(neighbors, points, mean, normals, areas, reasons):
+@by_rows(fastmath=FAST)
+def mean_curvatures(begin, end, neighbors, points, mean, normals, areas, reasons):
     """Fill H, the normal of the three neighbors' plane and the area of their triangle per row (Delingette 1994)."""
-    for i in prange(neighbors.shape[0]):
+    for i in range(begin, end):
         a, b, c = neighbors[i, 0], neighbors[i, 1], neighbors[i, 2]
         if a < 0 or b < 0 or c < 0:
             reasons[i] = OPEN
@@ -44,10 +43,10 @@ def mean_curvatures(neighbors, points, mean, normals, areas, reasons):
         reasons[i] = FOUND
 
 
-@Both
-def gauss_curvatures(neighbors, normals, areas, found, gauss, reasons):
+@by_rows(fastmath=FAST)
+def gauss_curvatures(begin, end, neighbors, normals, areas, found, gauss, reasons):
     """Fill K, the solid angle of the three neighbors' normals over the area of their triangle, per row."""
-    for i in prange(neighbors.shape[0]):
+    for i in range(begin, end):
         reasons[i] = found[i]
         if found[i] != FOUND:
             continue

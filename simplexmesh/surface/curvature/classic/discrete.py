@@ -24,6 +24,6 @@ def estimate(
     n = len(around)
     mean, gauss, reasons = np.zeros(n), np.zeros(n), np.zeros(n, np.uint8)
     seen = around._rows, samples.points, normals, AREAS[area], checks.flag("projected", projected)
-    kernels.discrete(around.centers, *seen, kernels.MeanAndGauss(mean, gauss), reasons)
+    kernels.discrete(len(around.centers), around.centers, *seen, kernels.MeanAndGauss(mean, gauss), reasons)
     amplitude = np.sqrt(np.maximum(mean * mean - gauss, 0.0))
     return Estimates(mean + amplitude, mean - amplitude, mean, gauss, reasons)

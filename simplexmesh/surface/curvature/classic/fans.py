@@ -12,7 +12,6 @@ import numpy as np
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array
-from simplexmesh.surface._kernels_fan import chunks
 from simplexmesh.surface.curvature.classic import _kernels_fans as kernels
 from simplexmesh.surface.neighborhoods import Neighborhoods
 from simplexmesh.surface.registry import Estimates
@@ -29,5 +28,5 @@ def estimate(samples: SampledSurface, around: Neighborhoods, normals: Array, *, 
     choice = kernels.Choice(kernels.ESTIMATORS.index(kind), **options)
     n = len(around)
     out = kernels.Curvatures(np.zeros(n), np.zeros(n), np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n, np.uint8))
-    kernels.curvatures(around.centers, around._rows, samples.points, normals, choice, chunks(n), out)
+    kernels.curvatures(n, around.centers, around._rows, samples.points, normals, choice, out)
     return Estimates(out.k1, out.k2, (out.k1 + out.k2) / 2, out.k1 * out.k2, out.reasons, out.d1, out.normals)

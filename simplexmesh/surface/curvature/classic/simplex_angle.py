@@ -35,8 +35,8 @@ def _of_nodes(points: Array, neighbors: Indices) -> tuple[Array, Array, Array, C
     n = len(points)
     mean, gauss, areas, normals = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros((n, 3))
     found, reasons = np.zeros(n, np.uint8), np.zeros(n, np.uint8)
-    kernels.mean_curvatures(neighbors, points, mean, normals, areas, found)
-    kernels.gauss_curvatures(neighbors, normals, areas, found, gauss, reasons)
+    kernels.mean_curvatures(len(neighbors), neighbors, points, mean, normals, areas, found)
+    kernels.gauss_curvatures(len(neighbors), neighbors, normals, areas, found, gauss, reasons)
     return mean, gauss, normals, reasons
 
 

@@ -5,15 +5,14 @@ from __future__ import annotations
 
 import math
 
-from numba import prange
-
 from simplexmesh._base._kernels_njit import njit
+from simplexmesh._base._kernels_rows import by_rows
 
 
-@njit(cache=True, error_model="numpy", parallel=True)
-def fill_means(offsets, members, areas, normals, means, spreads):
+@by_rows()
+def fill_means(begin, end, offsets, members, areas, normals, means, spreads):
     """Fill the mean normal of each patch, and how much its normals differ: 0 if they agree, at most 1."""
-    for t in prange(len(means)):
+    for t in range(begin, end):
         x = y = z = total = 0.0
         for k in range(offsets[t], offsets[t + 1]):
             u = members[k]
@@ -24,10 +23,10 @@ def fill_means(offsets, members, areas, normals, means, spreads):
         spreads[t] = 1.0 - length / total if total > 0 else 1.0
 
 
-@njit(cache=True, error_model="numpy", parallel=True)
-def fill_weights(offsets, members, centers, areas, weights):
+@by_rows(2000)
+def fill_weights(begin, end, offsets, members, centers, areas, weights):
     """Fill the weights of the members of each patch: areas, less by a Gaussian as wide as the mean distance."""
-    for t in prange(len(offsets) - 1):
+    for t in range(begin, end):
         total = width = 0.0
         for k in range(offsets[t], offsets[t + 1]):
             square = 0.0
@@ -50,23 +49,23 @@ def _guide(patch, spreads, least_gain):
     return best if spreads[best] <= least_gain * spreads[patch[0]] else patch[0]
 
 
-@njit(cache=True, error_model="numpy", parallel=True)
-def fill_guides(offsets, members, normals, means, spreads, least_gain, limits, guides):
+@by_rows()
+def fill_guides(begin, end, offsets, members, normals, means, spreads, least_gain, limits, guides):
     """Fill the mean normal of the most consistent patch that holds each triangle, its own unless that is far better.
 
     Where even that differs by more than its limit, it is the triangle's normal.
     """
-    for t in prange(len(guides)):
+    for t in range(begin, end):
         best = _guide(members[offsets[t] : offsets[t + 1]], spreads, least_gain)
         pure = spreads[best] <= limits[best]
         for axis in range(3):
             guides[t, axis] = means[best, axis] if pure else normals[t, axis]
 
 
-@njit(cache=True, error_model="numpy", parallel=True)
-def fill_averages(offsets, members, weights, guides, normals, widths, out):
+@by_rows(2000)
+def fill_averages(begin, end, offsets, members, weights, guides, normals, widths, out):
     """Fill the average of the normals in each patch, weighted, and by how near their guides are to its own."""
-    for t in prange(len(out)):
+    for t in range(begin, end):
         x = y = z = 0.0
         for k in range(offsets[t], offsets[t + 1]):
             u, square = members[k], 0.0

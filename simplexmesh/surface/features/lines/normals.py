@@ -62,7 +62,7 @@ def _in_planes(facets: Facets, offsets: Indices, members: Indices) -> Mask:
     where none is at all, in meshes without noise of few triangles, or of strips: curved facets of others are no planes.
     """
     means, spreads = np.empty_like(facets.normals), np.empty(len(facets.normals))
-    _kernels_normals.fill_means(offsets, members, facets.areas, facets.normals, means, spreads)
+    _kernels_normals.fill_means(len(means), offsets, members, facets.areas, facets.normals, means, spreads)
     half = np.flatnonzero(facets.mates > np.arange(len(facets.mates)))
     one, two = half // 3, facets.mates[half] // 3
     flat = norm(facets.normals[one] - facets.normals[two]) < FLAT
@@ -82,7 +82,7 @@ def _in_planes(facets: Facets, offsets: Indices, members: Indices) -> Mask:
 def _filtered(facets: Facets, exact: Mask, offsets: Indices, members: Indices) -> Array:
     """Return normals (t, 3) averaged over patches of triangles with normals alike, but for exact ones."""
     weights = np.empty(len(members))
-    _kernels_normals.fill_weights(offsets, members, facets.centers, facets.areas, weights)
+    _kernels_normals.fill_weights(len(facets.areas), offsets, members, facets.centers, facets.areas, weights)
     alike = 0.1 + 0.85 * facets.noise / np.sqrt((facets.scales**2).mean())
     limits = np.ones(len(facets.faces))
     if facets.simplified:
@@ -92,10 +92,12 @@ def _filtered(facets: Facets, exact: Mask, offsets: Indices, members: Indices) -
     normals, averaged = facets.normals.copy(), np.empty_like(facets.normals)
     means, guides, spreads = np.empty_like(normals), np.empty_like(normals), np.empty(len(normals))
     for _ in range(ROUNDS):
-        _kernels_normals.fill_means(offsets, members, facets.areas, normals, means, spreads)
-        _kernels_normals.fill_guides(offsets, members, facets.normals, means, spreads, LEAST_GAIN, limits, guides)
+        _kernels_normals.fill_means(len(means), offsets, members, facets.areas, normals, means, spreads)
+        _kernels_normals.fill_guides(
+            len(guides), offsets, members, facets.normals, means, spreads, LEAST_GAIN, limits, guides
+        )
         guides[exact] = facets.normals[exact]
-        _kernels_normals.fill_averages(offsets, members, weights, guides, normals, alike, averaged)
+        _kernels_normals.fill_averages(len(averaged), offsets, members, weights, guides, normals, alike, averaged)
         averaged[exact] = facets.normals[exact]
         normals, averaged = averaged, normals
     return normals
