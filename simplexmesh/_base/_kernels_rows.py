@@ -6,9 +6,11 @@ With `parallel=True` numba would also compile each kernel for another time as lo
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor, wait
+from contextlib import suppress
 from functools import cache
+from queue import SimpleQueue
 from typing import Any
 
 import numba
@@ -38,23 +40,27 @@ class RowKernel:
             self.kernel(0, count, *arguments)
             return
         parts = [(part * count // n_parts, (part + 1) * count // n_parts) for part in range(n_parts)]
+        ended: SimpleQueue[BaseException | None] = SimpleQueue()
 
         def run_parts() -> None:
-            while parts:
-                try:
-                    begin, end = parts.pop()
-                except IndexError:  # another thread took it
-                    return
-                self.kernel(begin, end, *arguments)
+            with suppress(IndexError):  # no part is left
+                while True:
+                    ended.put(self._error(parts.pop(), arguments))
 
-        others = [_threads().submit(run_parts) for _ in range(min(threads, n_parts) - 1)]
+        for _ in range(min(threads, n_parts) - 1):
+            _tasks().put(run_parts)
+        run_parts()
+        for error in [ended.get() for _ in range(n_parts)]:
+            if error is not None:
+                raise error
+
+    def _error(self, part: tuple[int, int], arguments: tuple[Any, ...]) -> BaseException | None:
+        """Run the kernel on part of the rows; return what it raised, as a Ctrl-C: the other parts shall end before."""
         try:
-            run_parts()
-        finally:  # also after a Ctrl-C: nothing writes to the caller's arrays any more
-            parts.clear()
-            wait(others)
-        for other in others:
-            other.result()
+            self.kernel(*part, *arguments)
+        except BaseException as error:
+            return error
+        return None
 
 
 def by_rows(shared_from: int = SHARED_FROM, **options: Any) -> Callable[[Callable[..., Any]], RowKernel]:
@@ -63,9 +69,18 @@ def by_rows(shared_from: int = SHARED_FROM, **options: Any) -> Callable[[Callabl
 
 
 @cache
-def _threads() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(numba.config.NUMBA_NUM_THREADS - 1, "simplexmesh")
+def _tasks() -> SimpleQueue[Callable[[], None]]:
+    """Return the queue that the threads serve; an executor of the standard library takes nothing more at exit."""
+    tasks: SimpleQueue[Callable[[], None]] = SimpleQueue()
+
+    def serve() -> None:
+        while True:
+            tasks.get()()
+
+    for _ in range(numba.config.NUMBA_NUM_THREADS - 1):
+        threading.Thread(target=serve, name="simplexmesh", daemon=True).start()
+    return tasks
 
 
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_threads.cache_clear)  # threads do not survive a fork
+    os.register_at_fork(after_in_child=_tasks.cache_clear)  # threads do not survive a fork

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import signal
+import subprocess
 import sys
 import threading
 import time
@@ -79,19 +80,37 @@ def test_an_error_in_a_thread_is_raised_and_the_others_have_ended(monkeypatch):
 
 def test_a_ctrl_c_leaves_nothing_behind_that_writes(monkeypatch):
     monkeypatch.setattr(numba.config, "NUMBA_NUM_THREADS", 2)
-    active = []
+    begun, ended = [], []
 
     def kernel(begin, end):
-        active.append(begin)
+        begun.append(begin)
+        time.sleep(0.02)
+        ended.append(begin)
         if threading.current_thread() is threading.main_thread():
             signal.raise_signal(signal.SIGINT)
-        time.sleep(0.05)
-        active.remove(begin)
 
     monkeypatch.setattr(rows := by_rows(10)(lambda begin, end: None), "kernel", kernel)
     with pytest.raises(KeyboardInterrupt):
         rows(1000)
-    assert len(active) == 1  # the main thread's own
+    assert len(begun) == len(ended) == 8
+
+
+def test_a_thread_that_outlives_the_main_one_goes_on():
+    code = """if True:
+        import threading, numba, simplexmesh as sm
+        from simplexmesh._base import _kernels_rows as rows
+        numba.config.NUMBA_NUM_THREADS = 2
+        ring = sm.torus(vertices=2 * rows.SHARED_FROM)
+
+        def late():
+            threading.main_thread().join()
+            print(sm.vertex_normals(ring.triangulated(), "area").shape)
+
+        threading.Thread(target=late).start()
+    """
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert out.stdout == "(18000, 3)\n"
+    assert "Error" not in out.stderr
 
 
 def test_what_threads_compile_at_once_is_found_at_each_call(monkeypatch):
