@@ -126,25 +126,29 @@ def test_what_threads_compile_at_once_is_found_at_each_call(monkeypatch):
     assert not asked
 
 
-def areas(_: Any = None) -> float:
-    return float(sm.vertex_normals(RING.triangulated(), "area").sum())
+def areas(_: Any = None) -> tuple[float, bool]:
+    """The same number everywhere, and whether threads shared the work."""
+    total = float(sm.vertex_normals(RING.triangulated(), "area").sum())
+    return total, "simplexmesh" in {thread.name for thread in threading.enumerate()}
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no fork")
 @pytest.mark.filterwarnings("ignore:.*multi-threaded:DeprecationWarning")
-def test_a_forked_process_has_threads_of_its_own():
+def test_a_forked_process_has_threads_of_its_own(monkeypatch):
+    monkeypatch.setattr(numba.config, "NUMBA_NUM_THREADS", 2)
     expected = areas()
+    assert expected[1]
     with multiprocessing.get_context("fork").Pool(2) as pool:
         assert pool.map_async(areas, range(2)).get(timeout=60) == [expected, expected]
 
 
 def test_threads_may_run_kernels_and_share_a_target_at_once():
-    target = sm.targets.Points(RING.vertices)
-    vertices, normals = RING.vertices + 0.01 * RING.normals, RING.normals
-    expected = target.gap(vertices, normals, 1.0)
+    target, turned = sm.targets.Points(RING.vertices), np.roll(np.arange(RING.n_vertices), 5000)
+    meshes = [(RING.vertices[rows], RING.normals[rows]) for rows in (slice(None), turned)]
+    expected = [target.gap(*mesh, 1.0) for mesh in meshes]
     with ThreadPoolExecutor(4) as users:
-        for found in users.map(lambda _: target.gap(vertices, normals, 1.0), range(80)):
-            np.testing.assert_array_equal(found, expected)
+        for k, found in enumerate(users.map(lambda k: target.gap(*meshes[k % 2], 1.0), range(80))):
+            np.testing.assert_array_equal(found, expected[k % 2])
 
 
 # --- the kernels of the library, in parts and in one ---------------------------------------------------------------
