@@ -265,7 +265,7 @@ def _picked(
     """
     taken |= explained
     tried, failures, found = np.zeros(len(taken), bool), 0, 0
-    for pick in even.rows[likely_picks(even.points[even.rows], rng)]:
+    for pick in even.rows[likely_picks(even.points[even.rows], noise, rng)]:
         if taken[pick] or tried[pick]:
             continue
         tried[even.near(np.array([pick]), FEWEST)[1]] = True
