@@ -37,7 +37,7 @@ from simplexmesh.numerics.scan_lines import Even
 PRIMITIVES = 0.6
 """Part of the progress that finding primitives takes."""
 
-FAILURES = 40
+FAILURES = 20
 """Picks in a row that lead to no pipe, after which there are no more."""
 
 MOSTLY = (0.05, 0.95)
