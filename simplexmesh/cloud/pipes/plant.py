@@ -101,8 +101,8 @@ def extract_pipes(
     """Find all pipe lines of a cloud, follow each, and refine each as one surface with exact tangency.
 
     The primitives of the cloud are found first, and the points of planes and spheres set aside. Lines are followed from
-    its cylinders, its tori, and then from points whose neighbors' normals turn about one direction only. Branches whose
-    axes meet that of a run are fitted again so that they meet it exactly.
+    its cylinders, its tori, and then from points whose neighbors are rounder than flat. Branches whose axes meet that
+    of a run are fitted again so that they meet it exactly.
 
     Parameters
     ----------
@@ -182,7 +182,7 @@ def _plant(
         return Plant((), (), checks.frozen(labels), data.unit)
     origin = data.bounds.mean(axis=0)
     tree = cKDTree(data.points[kept] - origin, balanced_tree=False, compact_nodes=False)
-    taken, tried = np.zeros(len(kept), bool), scene.labels[kept] >= 0
+    taken, tried = np.zeros(len(kept), bool), scene.labels[kept] >= 0  # lines begin at primitives first
     even = scan_lines.even(tree)
     in_pipes = _in_pipes(scene, scene.labels[kept], even, origin, limits, gap, taken)
     starts = chained(in_pipes, _picked(even, limits, gap, taken, tried, scene.noise, rng))
@@ -259,7 +259,7 @@ def _picked(
     noise: float,
     rng: np.random.Generator,
 ) -> Iterator[Beginning]:
-    """Yield beginnings at likely points that are neither taken nor tried, as those of primitives, until many lead to none.
+    """Yield beginnings at likely points that are neither taken nor tried, until many lead to none.
 
     No point is tried that is near another one: what is wrong there, at the edge of a beam, is wrong with both.
     """

@@ -35,7 +35,7 @@ def likely_picks(points: Array, noise: float, rng: np.random.Generator) -> Indic
 def _gain(near: Array, normals: Array, noise: float) -> Array:
     """Return the variances (n,) of neighbors (n, k, 3) from planes over those from circles about axes across normals.
 
-    Circles that are hardly wider than the noise fit any heap of points: those gain nothing.
+    No circle fits better than the noise: those of rays at the pole of a scanner, narrower than that, gain nothing.
     """
     away = near - near.mean(axis=1, keepdims=True)
     frames = np.linalg.eigh(np.einsum("nki,nkj->nij", normals, normals))[1]
@@ -47,5 +47,4 @@ def _gain(near: Array, normals: Array, noise: float) -> Array:
     found = np.linalg.solve(across @ rows + 1e-9 * near.shape[1] * np.eye(3), across @ square)
     far = norm(flat - found[:, None, :2, 0] * size / 2)
     from_plane = np.linalg.eigvalsh(away.transpose(0, 2, 1) @ away)[:, 0] / near.shape[1]
-    gain = from_plane / np.maximum(far.var(axis=1), max(noise, np.finfo(float).tiny) ** 2)
-    return np.where(far.mean(axis=1) > 2 * noise, gain, 0.0)
+    return np.asarray(from_plane / np.maximum(far.var(axis=1), max(noise**2, np.finfo(float).tiny)))
