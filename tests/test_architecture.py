@@ -259,9 +259,10 @@ def public_names(place: str) -> set[str]:
 
 
 def parameter_count(function: ast.FunctionDef) -> int:
-    """How many parameters a function has besides the object it is a method of."""
-    given = function.args
-    names = {each.arg for each in (*given.posonlyargs, *given.args, *given.kwonlyargs)} - {"self", "cls"}
+    """How many parameters a function has besides the object it is a method of, and the rows that it is a kernel of."""
+    given, of_rows = function.args, any("by_rows" in ast.unparse(each) for each in function.decorator_list)
+    implied = {"begin", "end"} if of_rows else {"self", "cls"}
+    names = {each.arg for each in (*given.posonlyargs, *given.args, *given.kwonlyargs)} - implied
     return len(names) + bool(given.vararg) + bool(given.kwarg)
 
 

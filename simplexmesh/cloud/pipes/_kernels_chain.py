@@ -11,7 +11,7 @@ import numpy as np
 
 from simplexmesh._base._kernels_njit import FAST, LEAN, njit
 from simplexmesh._base.arrays import Array
-from simplexmesh.numerics._kernels_vectors import dot, minus, norm, plus, row
+from simplexmesh.numerics._kernels_vectors import cross_product, difference, dot, minus, norm, plus, row
 
 jit = njit(cache=True, error_model="numpy", fastmath=FAST)
 lean = njit(**LEAN, fastmath=FAST)
@@ -21,21 +21,66 @@ WIDTH = 14
 a change."""
 
 
+LEAST_ANGLE = 1e-4
+"""Of a corner with a bend, in radians: below it the direction of the bend's plane is lost to rounding."""
+
+
 class Axis(NamedTuple):
-    """A chain as kernels read it: the attributes of `Chain`."""
+    """A chain as kernels read it: the attributes of `Chain`, lengths to divide by, and cosines and sines of angles."""
 
     corners: Array
     directions: Array
+    lengths: Array
     spans: Array
     limits: Array
     stations: Array
     centers: Array
     outward: Array
+    angles: Array
     turns: Array
+    reaches: Array
     bend_radii: Array
     radii: Array
     changes: Array
     offsets: Array
+
+
+@jit
+def axis_of(corners, bend_radii, radii, changes, offsets):
+    """Return the axis of a chain."""
+    n = len(corners) - 1
+    directions, lengths, limits, stations = np.zeros((n, 3)), np.zeros(n), np.zeros((n, 2)), np.zeros(2 * n)
+    centers, outward, turns = np.zeros((n - 1, 3)), np.zeros((n - 1, 3)), np.zeros((n - 1, 2))
+    angles, reaches = np.zeros(n - 1), np.zeros(n - 1)
+    for j in range(n):
+        along = difference(corners, j + 1, j)
+        for k in range(len(changes)):
+            if changes[k, 0] == j:
+                along = minus(along, row(offsets, k))
+        lengths[j] = limits[j, 1] = norm(along)
+        if lengths[j] > 0:
+            for a in range(3):
+                directions[j, a] = along[a] / lengths[j]
+    for i in range(n - 1):
+        before, after, radius = row(directions, i), row(directions, i + 1), bend_radii[i]
+        cosine = dot(before, after)
+        angles[i] = math.atan2(norm(cross_product(before, after)), cosine)
+        turns[i, 0], turns[i, 1] = math.cos(angles[i]), math.sin(angles[i])
+        reaches[i] = radius * math.tan(angles[i] / 2) if angles[i] > LEAST_ANGLE else 0.0
+        limits[i, 1] -= reaches[i]
+        limits[i + 1, 0] = reaches[i]
+        out = plus((cosine * before[0], cosine * before[1], cosine * before[2]), after, -1.0)
+        far = max(norm(out), 1e-300)
+        for a in range(3):
+            outward[i, a] = out[a] / far
+            centers[i, a] = corners[i + 1, a] + radius / max(turns[i, 1], LEAST_ANGLE) * (after[a] - before[a])
+    for j in range(n):
+        stations[2 * j + 1] = stations[2 * j] + limits[j, 1] - limits[j, 0]
+        if j < n - 1:
+            stations[2 * j + 2] = stations[2 * j + 1] + bend_radii[j] * angles[j]
+    spans = np.maximum(lengths, 1e-9 * radii.min())
+    inner = centers, outward, angles, turns, reaches
+    return Axis(corners, directions, lengths, spans, limits, stations, *inner, bend_radii, radii, changes, offsets)
 
 
 @lean

@@ -11,11 +11,10 @@ from numpy.typing import ArrayLike
 
 from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices, Mask
-from simplexmesh._base.vectors import cross, dot, norm, normalized, tangents
+from simplexmesh._base.vectors import dot, norm
 from simplexmesh.cloud.pipes import _kernels_chain
-
-LEAST_ANGLE = 1e-4
-"""Of a corner with a bend, in radians: below it the direction of the bend's plane is lost to rounding."""
+from simplexmesh.cloud.pipes._kernels_chain import LEAST_ANGLE
+from simplexmesh.data.primitives._kernels_profiles import framed
 
 MOST_ANGLE = np.radians(170)
 """Of a bend that is fitted, or at an end: at half a turn its corner is at infinity."""
@@ -90,74 +89,54 @@ class Chain:
             object.__setattr__(self, each.name, checks.frozen(getattr(self, each.name)))
 
     @cached_property
-    def _segments(self) -> Array:
-        """(m - 1, 3) from corner to corner, less the offsets between them."""
-        out = np.diff(self.corners, axis=0)
-        np.subtract.at(out, self.changes[:, 0].astype(int), self.offsets)
-        return out
+    def _axis(self) -> _kernels_chain.Axis:
+        """All of the following."""
+        return _kernels_chain.axis_of(self.corners, self.bend_radii, self.radii, self.changes, self.offsets)
 
-    @cached_property
+    @property
     def directions(self) -> Array:
         """(m - 1, 3) unit directions of the segments."""
-        return normalized(self._segments)
+        return self._axis.directions
 
-    @cached_property
+    @property
     def lengths(self) -> Array:
         """(m - 1,) lengths of the segments."""
-        return norm(self._segments)
+        return self._axis.lengths
+
+    @property
+    def angles(self) -> Array:
+        """(m - 2,) angles by which the corners turn."""
+        return self._axis.angles
+
+    @property
+    def reaches(self) -> Array:
+        """(m - 2,) lengths that bends take from the segments on both sides of their corner."""
+        return self._axis.reaches
+
+    @property
+    def centers(self) -> Array:
+        """(m - 2, 3) centers of the bends."""
+        return self._axis.centers
+
+    @property
+    def outward(self) -> Array:
+        """(m - 2, 3) unit directions from the centers of bends to their starts."""
+        return self._axis.outward
+
+    @property
+    def limits(self) -> Array:
+        """(m - 1, 2) heights from the first corner of each segment at which its straight starts and ends."""
+        return self._axis.limits
+
+    @property
+    def stations(self) -> Array:
+        """(2 m - 2,) lengths along the axis at which its pieces start, and at which it ends."""
+        return self._axis.stations
 
     @cached_property
     def closed(self) -> bool:
         """Whether it ends where it begins."""
         return len(self.corners) > 4 and bool(norm(self.corners[-1] - self.corners[0]) < SHORTEST * self.radii.min())
-
-    @cached_property
-    def spans(self) -> Array:
-        """(m - 1,) lengths of the segments to divide by, not 0."""
-        return np.maximum(self.lengths, 1e-9 * self.radii.min())
-
-    @cached_property
-    def angles(self) -> Array:
-        """(m - 2,) angles by which the corners turn."""
-        before, after = self.directions[:-1], self.directions[1:]
-        return np.arctan2(norm(cross(before, after)), dot(before, after))
-
-    @cached_property
-    def turns(self) -> Array:
-        """(m - 2, 2) their cosines and sines."""
-        return np.stack([np.cos(self.angles), np.sin(self.angles)], axis=1)
-
-    @cached_property
-    def reaches(self) -> Array:
-        """(m - 2,) lengths that bends take from the segments on both sides of their corner."""
-        return np.where(self.angles > LEAST_ANGLE, self.bend_radii * np.tan(self.angles / 2), 0.0)
-
-    @cached_property
-    def centers(self) -> Array:
-        """(m - 2, 3) centers of the bends."""
-        before, after = self.directions[:-1], self.directions[1:]
-        sine = np.maximum(np.sin(self.angles), LEAST_ANGLE)
-        return self.corners[1:-1] + (self.bend_radii / sine)[:, None] * (after - before)
-
-    @cached_property
-    def outward(self) -> Array:
-        """(m - 2, 3) unit directions from the centers of bends to their starts."""
-        before, after = self.directions[:-1], self.directions[1:]
-        return normalized(dot(before, after)[:, None] * before - after)
-
-    @cached_property
-    def limits(self) -> Array:
-        """(m - 1, 2) heights from the first corner of each segment at which its straight starts and ends."""
-        before, after = np.append(0.0, self.reaches), np.append(self.reaches, 0.0)
-        return np.stack([before, self.lengths - after], axis=1)
-
-    @cached_property
-    def stations(self) -> Array:
-        """(2 m - 2,) lengths along the axis at which its pieces start, and at which it ends."""
-        lengths = np.zeros(2 * len(self.lengths) - 1)
-        lengths[::2] = np.diff(self.limits, axis=1)[:, 0]
-        lengths[1::2] = self.bend_radii * self.angles
-        return np.append(0.0, np.cumsum(lengths))
 
     def at(self, stations: ArrayLike) -> tuple[Array, Array]:
         """Return points (n, 3) of the axis and its directions at lengths along it; it goes on straight at the ends."""
@@ -181,11 +160,6 @@ class Chain:
             along = along.copy()
             along[bend] = cos * on - sin * out
         return points, along
-
-    @cached_property
-    def _axis(self) -> _kernels_chain.Axis:
-        """What kernels read."""
-        return _kernels_chain.Axis(*(getattr(self, name) for name in _kernels_chain.Axis._fields))
 
     def feet(self, points: ArrayLike) -> Feet:
         """Return where points (n, 3) are nearest to the axis."""
@@ -231,14 +205,13 @@ class Chain:
         out[rows : rows + plain, inner.stop + ends : inner.stop + ends + plain] = np.eye(plain)
         for i, k in enumerate(np.flatnonzero(self.eccentric)):
             row, column = rows + plain + 3 * k, inner.stop + ends + plain + 2 * i
-            across = tangents(self.directions[int(self.changes[k, 0])])
-            out[row : row + 3, column : column + 2] = np.stack(across, axis=1)
+            out[row : row + 3, column : column + 2] = framed(self.directions[int(self.changes[k, 0])])[:2].T
         if self.closed:
             share = norm(self.corners[0] - self.corners[-2]) / norm(self.corners[1] - self.corners[-2])
             out[:3] = out[rows - 3 : rows] = share * out[3:6] + (1 - share) * out[rows - 6 : rows - 3]
         else:
-            out[:3, :2] = np.stack(tangents(self.directions[0]), axis=1)
-            out[rows - 3 : rows, inner.stop : inner.stop + 2] = np.stack(tangents(self.directions[-1]), axis=1)
+            out[:3, :2] = framed(self.directions[0])[:2].T
+            out[rows - 3 : rows, inner.stop : inner.stop + 2] = framed(self.directions[-1])[:2].T
         return out
 
     @property
@@ -298,6 +271,8 @@ class Chain:
             room_after[0] = room_before[-1] = np.inf
         room = np.minimum(np.minimum(room_after[:-1], room_before[1:]), reaches)
         share = np.divide(room, reaches, out=np.ones_like(reaches), where=reaches > 0)
+        if chain is self and (bends * share == self.bend_radii).all() and (np.diff(self.limits[[0, -1]]) >= 0).all():
+            return self
         corners, changes = chain.corners.copy(), chain.changes.copy()
         if len(bends) and not self.closed:
             first, last = np.maximum((reaches * share)[[0, -1]] * (1 + 1e-9) - self.lengths[[0, -1]], 0.0)

@@ -37,7 +37,7 @@ from simplexmesh.numerics.scan_lines import Even
 PRIMITIVES = 0.6
 """Part of the progress that finding primitives takes."""
 
-FAILURES = 40
+FAILURES = 20
 """Picks in a row that lead to no pipe, after which there are no more."""
 
 MOSTLY = (0.05, 0.95)
@@ -101,8 +101,8 @@ def extract_pipes(
     """Find all pipe lines of a cloud, follow each, and refine each as one surface with exact tangency.
 
     The primitives of the cloud are found first, and the points of planes and spheres set aside. Lines are followed from
-    its cylinders, its tori, and then from points whose neighbors' normals turn about one direction only. Branches whose
-    axes meet that of a run are fitted again so that they meet it exactly.
+    its cylinders, its tori, and then from points whose neighbors are rounder than flat. Branches whose axes meet that
+    of a run are fitted again so that they meet it exactly.
 
     Parameters
     ----------
@@ -182,11 +182,11 @@ def _plant(
         return Plant((), (), checks.frozen(labels), data.unit)
     origin = data.bounds.mean(axis=0)
     tree = cKDTree(data.points[kept] - origin, balanced_tree=False, compact_nodes=False)
-    taken = np.zeros(len(kept), bool)
+    taken, tried = np.zeros(len(kept), bool), scene.labels[kept] >= 0  # lines begin at primitives first
     even = scan_lines.even(tree)
     in_pipes = _in_pipes(scene, scene.labels[kept], even, origin, limits, gap, taken)
-    starts = chained(in_pipes, _picked(even, limits, gap, taken, scene.labels[kept] >= 0, scene.noise, rng))
-    lines, tees = with_tees(_lines(tree, origin, starts, taken, report), tree, origin)
+    starts = chained(in_pipes, _picked(even, limits, gap, taken, tried, scene.noise, rng))
+    lines, tees = with_tees(_lines(tree, origin, starts, taken, tried, report), tree, origin)
     whole = cKDTree(data.points - origin, balanced_tree=False, compact_nodes=False)
     for k, line in enumerate(lines):
         own = np.full(len(labels), -1)
@@ -255,17 +255,16 @@ def _picked(
     limits: tuple[float, float],
     gap: float,
     taken: Mask,
-    explained: Mask,
+    tried: Mask,
     noise: float,
     rng: np.random.Generator,
 ) -> Iterator[Beginning]:
-    """Yield beginnings at likely points that are not taken, nor explained by primitives, until many lead to none.
+    """Yield beginnings at likely points that are neither taken nor tried, until many lead to none.
 
     No point is tried that is near another one: what is wrong there, at the edge of a beam, is wrong with both.
     """
-    taken |= explained
-    tried, failures, found = np.zeros(len(taken), bool), 0, 0
-    for pick in even.rows[likely_picks(even.points[even.rows], rng)]:
+    failures, found = 0, 0
+    for pick in even.rows[likely_picks(even.points[even.rows], noise, rng)]:
         if taken[pick] or tried[pick]:
             continue
         tried[even.near(np.array([pick]), FEWEST)[1]] = True
@@ -276,8 +275,10 @@ def _picked(
             yield beginning(even.tree, even.points[pick], limits, gap, noise)
 
 
-def _lines(tree: cKDTree, origin: Array, starts: Iterable[Beginning], taken: Mask, report: Progress) -> list[PipeLine]:
-    """Return the lines that start somewhere, those with more points first; their points become taken."""
+def _lines(
+    tree: cKDTree, origin: Array, starts: Iterable[Beginning], taken: Mask, tried: Mask, report: Progress
+) -> list[PipeLine]:
+    """Return the lines that start somewhere, those with more points first; their points become taken, others' tried."""
     lines: list[PipeLine] = []
     for start in starts:
         report(float(taken.mean()), "following pipes")
@@ -285,6 +286,7 @@ def _lines(tree: cKDTree, origin: Array, starts: Iterable[Beginning], taken: Mas
             chain, covariance, deviation, stops = followed(start)
             wide, distance = on_line(chain, tree, BAND * float(chain.radii.min()))
             at = wide[np.abs(distance) < WITHIN * deviation]
+            tried[wide] = True
             short = chain.stations[-1] < 2 * SHORT * chain.radii.max() or len(at) < FEWEST
             if short or taken[at].mean() > 0.5 or not is_peaked(distance, deviation):
                 continue

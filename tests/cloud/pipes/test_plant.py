@@ -13,8 +13,10 @@ import simplexmesh as sm
 from simplexmesh.cloud.pipes.chain import chain_of
 from simplexmesh.cloud.pipes.doubts import is_peaked, is_round
 from simplexmesh.cloud.pipes.follow import line_of
-from simplexmesh.cloud.pipes.plant import _picked
+from simplexmesh.cloud.pipes.plant import _lines, _picked
 from simplexmesh.cloud.pipes.tees import with_tees
+from simplexmesh.cloud.pipes.tracing.seeds import likely_picks
+from simplexmesh.cloud.pipes.tracing.start import beginning
 from simplexmesh.numerics import scan_lines
 from tests.cloud.pipes.lines import random_chain, random_line, sampled
 from tests.nightly.marks import nightly
@@ -234,6 +236,28 @@ def test_lines_that_are_not_round_are_none(monkeypatch):
     assert sm.extract_pipes(np.concatenate(two_lines())).lines == ()
 
 
+def test_what_was_followed_and_refused_is_not_tried_again(monkeypatch):
+    monkeypatch.setattr("simplexmesh.cloud.pipes.plant.is_round", lambda *_: False)
+    tree = cKDTree(two_lines()[0])
+    taken, tried = np.zeros((2, tree.n), bool)
+    start = beginning(tree, np.array([6.0, 0, 1]), (0, np.inf), 5.0)
+    assert not _lines(tree, np.zeros(3), [start], taken, tried, lambda *_: None)
+    assert not taken.any()
+    assert tried.mean() > 0.95
+
+
+def test_likely_picks_are_on_pipes_not_on_bars_or_above_a_scanner():
+    rng = np.random.default_rng(0)
+    pipe = sampled(chain_of([[0, 0, 9], [40, 0, 9.0]], [], 1.0), rng, 15.0, 0.0)[0]
+    pipe = pipe[pipe[:, 2] > 9.5]  # an arc of 120 degrees
+    turn = rng.uniform(-np.pi, np.pi, 3000)  # of rays at the pole of a scanner, on a ceiling
+    ring = np.column_stack([0.01 * np.cos(turn), 0.01 * np.sin(turn) + 20, 0.01 * rng.normal(size=3000)])
+    clean = np.concatenate([pipe, square_bar(rng)])
+    points = np.concatenate([clean + 0.01 * rng.normal(size=clean.shape), ring])
+    first = likely_picks(points, 0.01, rng)[:200]
+    assert (first < len(pipe)).mean() > 0.95
+
+
 def test_a_pipe_is_followed_of_whose_middle_little_is_seen():
     rng = np.random.default_rng(0)
     points = sampled(chain_of([[0, 0, 0], [30.0, 0, 0]], [], 1.0), rng, 15.0, 0.01)[0]
@@ -252,7 +276,7 @@ def test_picks_are_not_tried_beside_each_other(monkeypatch):
 
     monkeypatch.setattr("simplexmesh.cloud.pipes.plant.beginning", refused)
     even, none = scan_lines.even(cKDTree(points)), np.zeros(len(points), bool)
-    assert not [*_picked(even, (0, np.inf), 5.0, none, none, 0.01, np.random.default_rng(0))]
+    assert not [*_picked(even, (0, np.inf), 5.0, none, none.copy(), 0.01, np.random.default_rng(0))]
     apart = np.linalg.norm(np.array(places)[:, None] - places, axis=2)[np.triu_indices(len(places), 1)]
     assert len(places) > 10
     assert apart.min() > 0.5  # of the thin pipe 100 points are within 0.6

@@ -531,7 +531,9 @@ def test_motions_of_pairs_are_those_plain_code_finds(seed, most):
     starts = np.array([0, 12, 12])
     likeness = correspondences.Likeness(queries, rows, squares, spans)
     scan, models = np.hstack([p, n]), np.hstack([q, m])
-    correspondences.pair_motions(scan, distinctiveness, models, starts, likeness, tolerances, motions, counts)
+    correspondences.pair_motions(
+        len(starts), scan, distinctiveness, models, starts, likeness, tolerances, motions, counts
+    )
     assert counts[1] == 0
     for k in (0, 2):
         mine = slice(*spans[k])

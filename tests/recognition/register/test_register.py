@@ -299,7 +299,7 @@ class TestKernels:
         near = rng.integers(0, len(points), (15, count))
         near[:, 0] = np.arange(15)
         out = np.empty((15, 3)), np.empty(15), np.empty((15, 3))
-        planes.fit_planes(points, near, *out)
+        planes.fit_planes(len(near), points, near, *out)
         _, spread, smooth = reference.plane_fits(points, near)
         scale = 10.0**size
         assert_allclose(out[1], np.maximum(spread, 0), atol=1e-12 * scale**2)
@@ -319,7 +319,7 @@ class TestKernels:
         normals = rng.normal(size=(8, 3)) * 0.2 + [0, 0, 1]
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
         out = np.empty((2, 8, 3))
-        planes.fit_quadrics(points, near, normals, *out)
+        planes.fit_quadrics(len(near), points, near, normals, *out)
         places, tilted = reference.quadrics(points, near, normals)
         assert_allclose(out[0], places, atol=1e-5 * 10.0**size)
         assert_allclose(out[1], tilted, atol=1e-4)
@@ -327,7 +327,7 @@ class TestKernels:
     def test_what_tells_no_surface_stays(self):
         points, normals = np.linspace(0, 1, 20)[:, None] * [1.0, 2, 3], np.tile([0.0, 0, 1], (20, 1))
         out = np.empty((2, 20, 3))
-        planes.fit_quadrics(points, np.tile(np.arange(20), (20, 1)), normals, *out)
+        planes.fit_quadrics(20, points, np.tile(np.arange(20), (20, 1)), normals, *out)
         assert_allclose(out[0], points[:1].repeat(20, axis=0))
         assert_allclose(out[1], normals)
 
