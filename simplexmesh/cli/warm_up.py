@@ -109,7 +109,7 @@ def examples() -> dict[str, Callable[[], Any]]:
         "simplify": lambda: sm.simplify(triangles, 0.05),
         "features": lambda: sm.zones(sm.clipped(triangles, (0, 0, 0), (0, 0, 1), cap=True), tolerance=0.5).kinds,
         "primitives": fit_primitives,
-        "pipes": lambda: sm.extract_pipes(pipe),
+        "pipes": lambda: (sm.extract_pipes(pipe), sm.follow_pipe(pipe, pick=pipe[len(pipe) // 2])),
         "deviation": lambda: sm.deviation(triangles, sm.sphere(16).triangulated("dual")),
         "signatures": lambda: [sm.match(sm.sai(egg), sm.sai(seen)) for seen in (egg, bowl)],
     }
