@@ -200,6 +200,18 @@ def test_fillets_are_no_creases(kind, radius):
     assert [line.length for line in lines] == pytest.approx([around, around], rel=0.02)
 
 
+@pytest.mark.parametrize("kind", ["aligned", "scan"])
+@pytest.mark.parametrize("edges", [2.0, 2.5])
+def test_small_fillets_are_no_creases_in_noise(kind, edges):
+    """Windows as wide as noise asks for see past them, as if their two sides met in one line."""
+    side = profile((0, 0), (2, 0), (2, 1), (0, 1), radii=[(k, 0.0665 * edges) for k in range(4)])
+    slab = Reference("slab", [("+", Solid(side, 0.6, pose(axis=(1, 2, 3))))])
+    given = noisy(tessellated(slab, kind, slab.edge(4000)), 0.05)
+    found = crease_score(paths(sm.feature_lines(given.mesh)), given)
+    assert found.precision > 0.93
+    assert found.recall > 0.95
+
+
 @pytest.mark.parametrize("name", ["bracket", "block", "crossing"])
 def test_lines_do_not_depend_on_numbers_nor_mirrors(name):
     mesh, rng = noisy(part(name, "scan"), 0.1).mesh, np.random.default_rng(0)

@@ -132,7 +132,7 @@ def _side(facets, sides, half, frame, stamp, queue):
     sine = min(0.999, max(-0.999, ms - my * slope))
     level = min(0.999, max(-0.999, ms))
     steep = -level / math.sqrt(1 - level * level)
-    return sine, (radius * (mz - steep * my), steep), radius * my, abs(slope) / radius
+    return sine, (radius * (mz - steep * my), steep), radius * my, slope / radius
 
 
 @njit(cache=True, error_model="numpy")
@@ -151,7 +151,8 @@ def fill_jumps(facets, sides, edges, jumps, places, directions, bendings):
 
     A jump is negative where the sides, extrapolated, bend against what the filtered normals show. `places` (e, 3) are
     points of the crease, next to the middle of the edge unless its triangles are exact, `directions` (e, 3) its course,
-    with the triangle of the half-edge on the left. `bendings` (e,) are how much both sides bend across, per length.
+    with the triangle of the half-edge on the left. `bendings` (e,) are how much both sides bend across, per length,
+    positive in the sense of the jump.
     """
     stamp = np.full(len(facets.faces), -1, np.int64)
     queue = np.empty(len(facets.faces) + 1, np.int64)
@@ -170,10 +171,10 @@ def fill_jumps(facets, sides, edges, jumps, places, directions, bendings):
         frame = plus(start, along, 0.5), course, across, mean
         near, low, left, one_bending = _side(facets, sides, half, frame, stamp, queue)
         far, high, right, other_bending = _side(facets, sides, mate, frame, stamp, queue)
-        if left > right:
-            course = -course[0], -course[1], -course[2]
-        jumps[i] = math.asin(far) - math.asin(near)
         bendings[i] = one_bending + other_bending
+        if left > right:
+            course, bendings[i] = (-course[0], -course[1], -course[2]), -bendings[i]
+        jumps[i] = math.asin(far) - math.asin(near)
         farthest = FARTHEST * math.sqrt(min(facets.areas[half // 3], facets.areas[mate // 3]))
         y, z = (0.0, 0.0) if exact else _meeting(low, high, farthest)
         place = plus(plus(frame[0], across, y), mean, z)

@@ -25,6 +25,10 @@ STANDING_OUT = 5.0
 ROUND = 0.35
 """In radians: a jump by less may be that of a side which bends by as much over an edge, as fillets do."""
 
+FILLET, STRADDLING, STEEP = 1.3, 0.3, 1.3
+"""A line on a fillet jumps by less than both sides bend over so many edges, in narrow windows where triangles that may
+straddle it have this weight; and by less than this, in radians, in wide ones, where a crease shows all of its angle."""
+
 FEW = 0.25
 """Share of edges beside normals that are not exact, below which these do not tell an ordinary jump: rims alone."""
 
@@ -94,12 +98,15 @@ class FilteredSurface:
         out: Mask = touched[self.edges.facets.faces].any(axis=1) & ~self.exact
         return out
 
-    def jumps_at(self, at: Mask, stops: Mask, off: Mask | None = None) -> tuple[Array, Array, Array, Array]:
+    def jumps_at(
+        self, at: Mask, stops: Mask, off: Mask | None = None, near: float = NEAR
+    ) -> tuple[Array, Array, Array, Array]:
         """Return jumps (e,) of the normal, places and directions (e, 3) and bendings (e,) `at` some edges, 0 elsewhere.
 
-        Triangles may straddle these edges, and do at those that are `off`; no window crosses those that are `stops`.
+        Triangles that may straddle these edges have the weight `near`, at those that are `off` hardly any; no window
+        crosses those that are `stops`.
         """
-        weights, stops = np.where(self.straddling(at), NEAR, 1.0), self.edges.halved(stops)
+        weights, stops = np.where(self.straddling(at), near, 1.0), self.edges.halved(stops)
         if off is not None:
             weights[self.straddling(off)] = ASTRIDE
         sides = _kernels_jumps.Sides(self.normals, weights, self.exact, stops)
@@ -118,7 +125,7 @@ class FilteredSurface:
         normals[beside] = within_zones(self.edges.facets, self.edges.zones(chosen), beside)
         settled = FilteredSurface(self.edges, normals, self.exact)
         biased, *first, _ = settled.jumps_at(chosen, chosen)
-        found = Creases(self.edges, self.normals, self.exact, chosen, biased, biased, *first)
+        found = Creases(self.edges, self.normals, self.exact, settled, chosen, biased, biased, *first)
         jumps, places, directions, _ = settled.jumps_at(chosen, chosen, found.off)
         return replace(found, jumps=jumps, places=places, directions=directions)
 
@@ -126,6 +133,9 @@ class FilteredSurface:
 @dataclass(frozen=True, eq=False)
 class Creases(FilteredSurface):
     """Edges along creases, with what was measured there; arrays have one row for each inner edge of the surface."""
+
+    settled: FilteredSurface
+    """The surface with normals of zones beside the creases, of which no window crosses one."""
 
     chosen: Mask
     biased: Array
@@ -163,6 +173,8 @@ def creases(vertices: Array, faces: Indices, mates: Indices, angle: float) -> Cr
         strengths, least = _measured(surface, chosen, strengths, ordinary)
         chosen = chosen & (strengths > EDGE * least)
     found = surface.creases_at(_cleaned(surface, chosen, strengths, ordinary, least))
+    if not surface.edges.facets.simplified:
+        found = surface.creases_at(_without_fillets(found))
 
     def strength(lines: Chains) -> Array:
         return np.minimum(lines.mean(found.jumps) - angle, lines.mean(found.biased) - biased)
@@ -216,6 +228,21 @@ def _cleaned(surface: FilteredSurface, chosen: Mask, jumps: Array, ordinary: Arr
             there = _measured(surface, bridges, jumps, ordinary)
             jumps, least = np.where(bridges, there, (jumps, least))
     return chosen
+
+
+def _without_fillets(found: Creases) -> Mask:
+    """Return edges without lines on fillets, past which windows see that noise widens; short ones tell little.
+
+    Narrow windows tell by how much sides bend: noise is less in the mean of a line.
+    """
+    edges, facets, shortest = found.edges, found.edges.facets, SHORTEST * found.scales
+    narrow = replace(found.settled, edges=Edges(facets._replace(noise=np.zeros_like(facets.noise))))
+    jumps, *_, bendings = narrow.jumps_at(found.chosen, found.chosen, near=STRADDLING)
+    lines, excess = edges.chains(found.chosen), np.zeros(len(found.chosen))
+    telling = (lines.total(edges.lengths) > lines.mean(shortest)) & (lines.mean(found.jumps) < STEEP)
+    those = lines.edges[np.repeat(telling, np.diff(lines.offsets))]
+    excess[those] = ((jumps - FILLET * bendings * found.scales) * edges.lengths)[those]
+    return edges.pruned(_without_weak_parts(edges, found.chosen, excess, 2 * shortest), shortest)
 
 
 def _without_weak_parts(edges: Edges, chosen: Mask, excess: Array, shortest: Array) -> Mask:
