@@ -9,8 +9,8 @@ import os
 import threading
 from collections.abc import Callable
 from contextlib import suppress
-from functools import cache
-from queue import SimpleQueue
+from itertools import pairwise
+from queue import Empty, SimpleQueue
 from typing import Any
 
 import numba
@@ -22,6 +22,9 @@ SHARED_FROM = 6000
 
 PARTS = 4
 """Parts for each thread, so that none waits for long where rows take different times."""
+
+GLANCE = 0.05
+"""Seconds after which a thread looks whether the others have ended, should a Ctrl-C have kept it from being told."""
 
 
 class RowKernel:
@@ -39,28 +42,16 @@ class RowKernel:
         if n_parts < 2:
             self.kernel(0, count, *arguments)
             return
-        parts = [(part * count // n_parts, (part + 1) * count // n_parts) for part in range(n_parts)]
-        ended: SimpleQueue[BaseException | None] = SimpleQueue()
-
-        def run_parts() -> None:
-            with suppress(IndexError):  # no part is left
-                while True:
-                    ended.put(self._error(parts.pop(), arguments))
-
-        for _ in range(min(threads, n_parts) - 1):
-            _tasks().put(run_parts)
-        run_parts()
-        for error in [ended.get() for _ in range(n_parts)]:
-            if error is not None:
-                raise error
-
-    def _error(self, part: tuple[int, int], arguments: tuple[Any, ...]) -> BaseException | None:
-        """Run the kernel on part of the rows; return what it raised, as a Ctrl-C: the other parts shall end before."""
+        ends = [part * count // n_parts for part in range(n_parts + 1)]
+        call = Call(self.kernel, [(*rows, *arguments) for rows in pairwise(ends)])
         try:
-            self.kernel(*part, *arguments)
-        except BaseException as error:
-            return error
-        return None
+            for _ in range(min(threads, n_parts) - 1):
+                _helpers.put(call.help, threads - 1)
+            call.run()
+        finally:
+            call.finish()
+        for error in filter(None, call.ended):
+            raise error
 
 
 def by_rows(shared_from: int = SHARED_FROM, **options: Any) -> Callable[[Callable[..., Any]], RowKernel]:
@@ -68,19 +59,69 @@ def by_rows(shared_from: int = SHARED_FROM, **options: Any) -> Callable[[Callabl
     return lambda function: RowKernel(function, shared_from, **options)
 
 
-@cache
-def _tasks() -> SimpleQueue[Callable[[], None]]:
-    """Return the queue that the threads serve; an executor of the standard library takes nothing more at exit."""
-    tasks: SimpleQueue[Callable[[], None]] = SimpleQueue()
+class Call:
+    """One call of a kernel, of whose parts each thread takes the next one."""
 
-    def serve() -> None:
+    def __init__(self, kernel: Callable[..., None], parts: list[tuple[Any, ...]]) -> None:
+        self.kernel, self.parts = kernel, iter(parts)
+        self.begun: list[None] = []
+        self.ended: list[BaseException | None] = []
+        self._told: SimpleQueue[None] = SimpleQueue()
+
+    def run(self) -> None:
+        """Run parts until none is left."""
+        for part in self.parts:
+            self.kernel(*part)
+
+    def help(self) -> None:
+        """Run parts in another thread, which keeps what they raise."""
+        self.begun.append(None)
+        error = None
+        try:
+            self.run()
+        except BaseException as raised:
+            error = raised
+        self.ended.append(error)
+        self._told.put(None)
+
+    def finish(self) -> None:
+        """Leave what parts there are, and return when no thread writes any more; a Ctrl-C meanwhile is raised then."""
+        try:
+            for _ in self.parts:
+                pass
+            while len(self.ended) < len(self.begun):
+                with suppress(Empty):
+                    self._told.get(timeout=GLANCE)
+        except KeyboardInterrupt:
+            self.finish()
+            raise
+
+
+class Helpers:
+    """Threads that wait for tasks, started when needed; executors of the standard library take no more at exit."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self._starting, self._tasks = threading.Lock(), SimpleQueue[Callable[[], None]]()
+
+    def put(self, task: Callable[[], None], wanted: int) -> None:
+        """Have a task run by one of the threads, so many of which are wanted; without any it is not needed either."""
+        with self._starting:
+            while self.count < wanted:
+                self.count += 1
+                try:
+                    threading.Thread(target=self._serve, name="simplexmesh", daemon=True).start()
+                except RuntimeError:  # the system has no more
+                    self.count -= 1
+                    break
+        if self.count:
+            self._tasks.put(task)
+
+    def _serve(self) -> None:
         while True:
-            tasks.get()()
-
-    for _ in range(numba.config.NUMBA_NUM_THREADS - 1):
-        threading.Thread(target=serve, name="simplexmesh", daemon=True).start()
-    return tasks
+            self._tasks.get()()
 
 
+_helpers = Helpers()
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_tasks.cache_clear)  # threads do not survive a fork
+    os.register_at_fork(after_in_child=_helpers.__init__)  # type: ignore[misc]  # threads do not survive a fork

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import signal
 import subprocess
 import sys
 import threading
 import time
+import weakref
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -16,8 +18,9 @@ import numpy as np
 import pytest
 
 import simplexmesh as sm
+from simplexmesh._base import _kernels_rows
 from simplexmesh._base._kernels_njit import Kernel
-from simplexmesh._base._kernels_rows import SHARED_FROM, RowKernel, by_rows
+from simplexmesh._base._kernels_rows import SHARED_FROM, Call, Helpers, RowKernel, by_rows
 from simplexmesh.motion.targets.surfels._kernels_gaps import Cache
 from tests.nightly.marks import nightly
 
@@ -78,21 +81,58 @@ def test_an_error_in_a_thread_is_raised_and_the_others_have_ended(monkeypatch):
     assert active == []
 
 
-def test_a_ctrl_c_leaves_nothing_behind_that_writes(monkeypatch):
+@pytest.mark.parametrize("struck", ["main", "other"])
+def test_a_ctrl_c_leaves_nothing_behind_that_writes(monkeypatch, struck):
+    """It strikes in the main thread's part, or while it waits for another's, again and again."""
     monkeypatch.setattr(numba.config, "NUMBA_NUM_THREADS", 2)
-    begun, ended = [], []
+    begun, ended, helped = [], [], threading.Event()
 
     def kernel(begin, end):
         begun.append(begin)
-        time.sleep(0.02)
+        in_main = threading.current_thread() is threading.main_thread()
+        assert helped.wait(9) if in_main else helped.set() is None
+        if in_main == (struck == "main"):
+            for _ in range(3):
+                time.sleep(0.05)
+                os.kill(os.getpid(), signal.SIGINT)
         ended.append(begin)
-        if threading.current_thread() is threading.main_thread():
-            signal.raise_signal(signal.SIGINT)
 
     monkeypatch.setattr(rows := by_rows(10)(lambda begin, end: None), "kernel", kernel)
     with pytest.raises(KeyboardInterrupt):
         rows(1000)
-    assert len(begun) == len(ended) == 8
+    left, own = len(begun), struck == "main"  # the main thread's own part, which ends as it is struck
+    assert len(ended) == left - own
+    time.sleep(0.2)
+    assert (len(begun), len(ended)) == (left, left - own)
+
+
+def test_many_users_start_as_many_threads_as_are_wanted(monkeypatch):
+    monkeypatch.setattr(numba.config, "NUMBA_NUM_THREADS", 5)
+    monkeypatch.setattr(_kernels_rows, "_helpers", Helpers())
+    with ThreadPoolExecutor(8) as users:
+        for _ in users.map(lambda _: count_rows(10_000, np.zeros(10_000, np.int64)), range(64)):
+            pass
+    assert _kernels_rows._helpers.count == 4
+
+
+def test_where_no_thread_can_be_started_one_does_all(monkeypatch):
+    def refuse(self):
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr(numba.config, "NUMBA_NUM_THREADS", 5)
+    monkeypatch.setattr(_kernels_rows, "_helpers", Helpers())
+    monkeypatch.setattr(threading.Thread, "start", refuse)
+    visits = np.zeros(10_000, np.int64)
+    count_rows(10_000, visits)
+    assert (visits == 1).all()
+
+
+def test_a_call_that_has_ended_keeps_no_array():
+    visits = np.zeros(9, np.int64)
+    held, call = weakref.ref(visits), Call(count_rows.kernel, [(0, 9, visits)])
+    del visits
+    call.run()
+    assert held() is None
 
 
 def test_a_thread_that_outlives_the_main_one_goes_on():

@@ -62,7 +62,7 @@ class Step(NamedTuple):
 
 @by_rows(fastmath=FAST)
 def frames(begin, end, vertices, neighbors, normals, inverse_radius, curvature, area, obtuse):
-    """Fill the arrays of `Frames`, which come one by one."""
+    """Fill the arrays of `Frames`."""
     for i in range(begin, end):
         a, b, c = neighbors[i, 0], neighbors[i, 1], neighbors[i, 2]
         ax, ay, az = vertices[a, 0], vertices[a, 1], vertices[a, 2]

@@ -1,7 +1,7 @@
 """Score motions, and refine them by point-to-plane steps, with nearest points from a grid.
 
 Arrays in, arrays out; no checks. A motion is a row of 12 numbers: the rows of the matrix (3, 4). All sources share one
-call, since starting the threads takes as long as a hundred motions.
+call, which threads share.
 """
 
 # mypy: allow-untyped-defs
