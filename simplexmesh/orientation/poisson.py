@@ -39,9 +39,11 @@ SURE = 0.15
 SCREEN, PRIOR = 1.5, 0.1
 """Of screening: its radius in cells, and the share of the usual density of points where it is halved, for outliers."""
 
-BEYOND, MOST_TURNS = 0.35, 5
-"""Magnitude of the indicator, whose jump is 1, where a side is wrong: edges have 0.3, tunnels that are filled up to 1.
-Rounds in which they open from their ends."""
+BEYOND = 0.35
+"""Magnitude of the indicator, whose jump is 1, where a side is wrong: edges have 0.3, filled tunnels up to 1."""
+
+PATIENCE, FEWER = 3, 0.9
+"""Rounds in which wrong sides become fewer by this factor as tunnels open from their ends; those of noise stay."""
 
 DOUBTFUL = 1.5
 """Factor on the spread of an indicator whose normals do not settle, and of one whose normals contradict most floods."""
@@ -257,11 +259,13 @@ def _turned(problem: Poisson, found: Planes, first: Fixpoint) -> Iterator[Fixpoi
 
     In a tunnel that is filled, all normals that point out of it agree with an indicator that jumps up into it again.
     """
-    field = first.field
-    for _ in range(MOST_TURNS):
+    field, left = first.field, list[int]()
+    while True:
         inward = field.at(problem.points)[1]
         beyond = np.abs(field.at(found.places)[0]) > BEYOND
-        if not beyond.any():
+        left.append(int(beyond.sum()))
+        before, lately = left[:-PATIENCE], left[-PATIENCE:]
+        if not left[-1] or (before and min(lately) > FEWER * min(before)):
             return
         inward[beyond] *= -1
         normals = sided(problem.points, normalized(-inward), found.near)
