@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +38,12 @@ SURE = 0.15
 
 SCREEN, PRIOR = 1.5, 0.1
 """Of screening: its radius in cells, and the share of the usual density of points where it is halved, for outliers."""
+
+BEYOND = 0.35
+"""Magnitude of the indicator, whose jump is 1, where a side is wrong: edges have 0.3, filled tunnels up to 1."""
+
+PATIENCE, FEWER = 3, 0.9
+"""Rounds in which wrong sides become fewer by this factor as tunnels open from their ends; those of noise stay."""
 
 DOUBTFUL = 1.5
 """Factor on the spread of an indicator whose normals do not settle, and of one whose normals contradict most floods."""
@@ -221,7 +228,8 @@ def oriented_indicator(points: Array, found: Planes, cell: float) -> Indicator:
     for cavities that no coarse flood enters, and led by a coarse grid, where holes in the data close, but also thin
     walls cancel out; normals that point away from the centroid, for open containers that all floods enter; and, if
     they do not settle or most floods disagree, the flood least in doubt, for fins and gaps of few spacings. Then
-    neighbors on the other side of walls are known, and normals are fitted again without them.
+    neighbors on the other side of walls are known, and normals are fitted again without them, and tunnels opened that
+    no flood entered.
     """
     fine = Poisson.of(points, cell)
     floods = list(_floods(points, found.spacing))
@@ -242,7 +250,27 @@ def oriented_indicator(points: Array, found: Planes, cell: float) -> Indicator:
         if faults(best):
             tried.append(min(votes, key=lambda vote: doubt(Fixpoint(vote, fine.indicator(vote), settled=False))))
         best = min((best, *(fixpoint(fine, normals) for normals in tried)), key=doubt)
+    best = min(chain((best,), _turned(fine, found, best)), key=doubt)
     return fine.indicator(sided(points, normalized(-best.field.at(points)[1]), found.near))
+
+
+def _turned(problem: Poisson, found: Planes, first: Fixpoint) -> Iterator[Fixpoint]:
+    """Yield normals turned, round by round, where the indicator is beyond that of a side.
+
+    In a tunnel that is filled, all normals that point out of it agree with an indicator that jumps up into it again.
+    """
+    field, left = first.field, list[int]()
+    while True:
+        inward = field.at(problem.points)[1]
+        beyond = np.abs(field.at(found.places)[0]) > BEYOND
+        left.append(int(beyond.sum()))
+        before, lately = left[:-PATIENCE], left[-PATIENCE:]
+        if not left[-1] or (before and min(lately) > FEWER * min(before)):
+            return
+        inward[beyond] *= -1
+        normals = sided(problem.points, normalized(-inward), found.near)
+        field = problem.indicator(normals)
+        yield Fixpoint(normals, field, first.settled)
 
 
 def _floods(points: Array, spacing: float) -> Iterator[Flood]:

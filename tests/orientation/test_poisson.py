@@ -61,6 +61,26 @@ def test_fins_thinner_than_two_spacings_are_solid():
     assert ((inward * normals).sum(axis=1) > 0).mean() < 0.1
 
 
+@pytest.mark.parametrize("seed", [0, *nightly(1, 2)])
+def test_tunnels_of_three_spacings_are_open(seed):
+    """A block, 20 spacings thick, bored through at six places; with normals as floods tell them, two or three open."""
+    wide, rng, size = 3.0, np.random.default_rng(seed), np.array([60.0, 40.0, 20.0])
+    centers = np.array([(x, y) for x in (10, 30, 50) for y in (12, 28)])
+    faces = [rng.random((int(size.prod() / size[k]), 3)) * size for k in range(3) for _ in range(2)]
+    for k, face in enumerate(faces):
+        face[:, k // 2] = size[k // 2] * (k % 2)
+    box = np.concatenate(faces)
+    inside = (np.linalg.norm(box[:, None, :2] - centers, axis=2) < wide / 2).any(axis=1)
+    turn = 2 * np.pi * rng.random((6, int(np.pi * wide * size[2])))
+    wall = centers[:, None] + wide / 2 * np.stack([np.cos(turn), np.sin(turn)], axis=2)
+    bores = np.concatenate([wall, size[2] * rng.random((*turn.shape, 1))], axis=2).reshape(-1, 3)
+    points = np.concatenate([box[~(inside & (box[:, 2] % size[2] == 0))], bores])
+    depths = np.linspace(2, 18, 9)
+    axes = np.concatenate([np.column_stack([np.tile(center, (9, 1)), depths]) for center in centers])
+    values = oriented_indicator(points, planes(points), 0.8).at(axes)[0].reshape(6, 9)
+    assert (values.max(axis=1) < 0).sum() >= 5
+
+
 def cup(rng):
     turn, radius, angle = 2 * np.pi * rng.random(6000), np.sqrt(rng.random(1500)), 2 * np.pi * rng.random(1500)
     side = np.column_stack([np.cos(turn), np.sin(turn), 2 * rng.random(6000)])
