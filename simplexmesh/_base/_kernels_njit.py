@@ -86,14 +86,17 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
         return super().get_call_template(tuple(map(plain, args)), {name: plain(kind) for name, kind in kws.items()})
 
     def _compile_for_args(self, *args, **kws):
-        """Return the machine code for these arguments; numba calls this once per combination of types."""
+        """Return the machine code for these arguments; numba calls this once per combination of types.
+
+        One thread at a time: Python 3.11 fails to parse in two at once, and numba would look up what two enter here
+        twice, at every call.
+        """
         given = [numba.typeof(arg) for arg in args]
         wanted = [writable(kind) for kind in given]
-        if wanted == given:
-            return super()._compile_for_args(*args, **kws)
-        code = self.compile(tuple(wanted))
-        with global_compiler_lock:  # numba would look up what two threads entered here twice, at every call
-            known = self.__dict__.setdefault("known", [])
+        with global_compiler_lock:
+            if wanted == given:
+                return super()._compile_for_args(*args, **kws)
+            code, known = self.compile(tuple(wanted)), self.__dict__.setdefault("known", [])
             if given not in known:
                 known.append(given)
                 self._insert([kind._code for kind in given], code, objectmode=False)
