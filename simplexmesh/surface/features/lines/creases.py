@@ -173,8 +173,8 @@ def creases(vertices: Array, faces: Indices, mates: Indices, angle: float) -> Cr
         strengths, least = _measured(surface, chosen, strengths, ordinary)
         chosen = chosen & (strengths > EDGE * least)
     found = surface.creases_at(_cleaned(surface, chosen, strengths, ordinary, least))
-    if not surface.edges.facets.simplified:
-        found = surface.creases_at(_without_fillets(found))
+    if not surface.edges.facets.simplified and (found.chosen != (kept := _without_fillets(found))).any():
+        found = surface.creases_at(kept)
 
     def strength(lines: Chains) -> Array:
         return np.minimum(lines.mean(found.jumps) - angle, lines.mean(found.biased) - biased)
