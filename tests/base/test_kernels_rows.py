@@ -85,12 +85,13 @@ def test_an_error_in_a_thread_is_raised_and_the_others_have_ended(monkeypatch):
 def test_a_ctrl_c_leaves_nothing_behind_that_writes(monkeypatch, struck):
     """It strikes in the main thread's part, or while it waits for another's, again and again."""
     monkeypatch.setattr(numba.config, "NUMBA_NUM_THREADS", 2)
-    begun, ended, helped = [], [], threading.Event()
+    begun, ended, entered = [], [], {True: threading.Event(), False: threading.Event()}
 
     def kernel(begin, end):
         begun.append(begin)
         in_main = threading.current_thread() is threading.main_thread()
-        assert helped.wait(9) if in_main else helped.set() is None
+        entered[in_main].set()
+        assert entered[not in_main].wait(9)  # or one thread might take all parts
         if in_main == (struck == "main"):
             for _ in range(3):
                 time.sleep(0.05)
