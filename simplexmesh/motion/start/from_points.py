@@ -6,6 +6,7 @@ leak, and by iterated Poisson reconstruction.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -30,6 +31,9 @@ MOST_POINTS = 60_000
 COARSEST, FINEST = 128, 256
 """Cells along the longest side: time against the narrowest tunnel."""
 
+FINER = 0.9
+"""Ratio of cells from which another try is worth its time where the genus is in doubt."""
+
 NEITHER = 0.05
 """Mean indicator on the border of its grid up to which neither side of an open surface is more the inner one."""
 
@@ -50,11 +54,26 @@ def start_from_points(
 ) -> Start:
     """Return a closed mesh near points of a surface; tunnels narrower than given are sealed, cavities unless wanted.
 
-    Screening keeps thin limbs. Where its genus is in doubt, as where noise is wider than cells, the smooth indicator is
-    taken if its own is not; the doubt is told if the two differ.
+    Where its genus is in doubt, cells as fine as the points allow are tried: what is in no doubt there is taken.
     """
-    smooth = _indicator(cloud, vertices)
     cut = partial(_cut, cloud=cloud, vertices=vertices, components=components, tunnels=tunnels, cavities=cavities)
+    start = _screened(_indicator(cloud, vertices), cloud, cut)
+    if not start.report.doubtful:
+        return start
+    found = planes(cloud.points)  # cells narrower than noise show handles of noise, which last
+    finest = max(_cell(cloud.points, found.spacing, vertices, FINEST), 2 * found.noise)
+    if finest > FINER * start.report.cell:
+        return start
+    finer = _screened(_indicator(cloud, vertices, FINEST), cloud, cut)
+    return start if finer.report.doubtful or finer.report.is_open else finer
+
+
+def _screened(smooth: Indicator, cloud: PointCloud, cut: Callable[[Indicator], Start]) -> Start:
+    """Return the mesh of the screened indicator, which keeps thin limbs.
+
+    Where its genus is in doubt, as where noise is wider than cells, the smooth indicator is taken if its own is not;
+    the doubt is told if the two differ.
+    """
     start = cut(screened(smooth, cloud.points))
     if not start.report.doubtful or (other := cut(smooth)).report.doubtful:
         return start
@@ -98,7 +117,7 @@ def _to_world(indicator: Indicator) -> Array:
     return T_world_cell
 
 
-def _indicator(cloud: PointCloud, vertices: int) -> Indicator:
+def _indicator(cloud: PointCloud, vertices: int, least: int = COARSEST) -> Indicator:
     """Return the indicator function of the solid that the points bound."""
     points, normals = cloud.points, cloud.normals
     most = max(MOST_POINTS, 2 * vertices)
@@ -107,16 +126,16 @@ def _indicator(cloud: PointCloud, vertices: int) -> Indicator:
         points, normals = points[chosen], None if normals is None else normals[chosen]
     if normals is None:
         found = planes(points)
-        return oriented_indicator(points, found, _cell(points, found.spacing, vertices))
-    out = Poisson.of(points, _cell(points, spacing_of(uneven_tree(points)), vertices)).indicator(normals)
+        return oriented_indicator(points, found, _cell(points, found.spacing, vertices, least))
+    out = Poisson.of(points, _cell(points, spacing_of(uneven_tree(points)), vertices, least)).indicator(normals)
     return Indicator(out.grid, -out.values) if out.border.mean() > NEITHER else out
 
 
-def _cell(points: Array, spacing: float, vertices: int) -> float:
+def _cell(points: Array, spacing: float, vertices: int, least: int = COARSEST) -> float:
     """Return the cell size: the longest side over 128 to 256, depending on the vertices, but at least 0.8 spacings."""
     longest = float(np.ptp(points, axis=0).max())
     cells = longest / cell_size(len(points) * spacing**2, vertices)
-    return max(0.8 * spacing, longest / float(np.clip(cells, COARSEST, FINEST)))
+    return max(0.8 * spacing, longest / float(np.clip(cells, least, FINEST)))
 
 
 def share_bare(mesh: SimplexMesh, points: Array) -> float:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -80,7 +82,7 @@ def test_a_genus_that_lasts_nowhere_near_is_not_taken(holes):
 def test_starts_have_a_genus_that_lasts_or_tell_of_doubt(monkeypatch, holes, handles, places):
     values = plate(*holes)
     indicator = Indicator(Grid(np.array([1.0, 2.0, 3.0]), 0.5, values.shape), values)
-    monkeypatch.setattr(from_points, "_indicator", lambda cloud, vertices: indicator)
+    monkeypatch.setattr(from_points, "_indicator", lambda cloud, vertices, least=0: indicator)
     monkeypatch.setattr(from_points, "screened", lambda indicator, points: indicator)  # which needs points of a surface
     cloud = PointCloud(indicator.grid.to_world(np.argwhere(values > 0)))
     start = from_points.start_from_points(cloud, 600)
@@ -95,8 +97,29 @@ def test_what_is_in_doubt_by_screening_alone_is_told_where_the_genus_differs(mon
         Indicator(Grid(np.zeros(3), 1.0, values.shape), values)
         for values in (plate(*through), plate(-0.02, 0.4, -0.01, 0.03))
     )
-    monkeypatch.setattr(from_points, "_indicator", lambda cloud, vertices: smooth)
+    monkeypatch.setattr(from_points, "_indicator", lambda cloud, vertices, least=0: smooth)
     monkeypatch.setattr(from_points, "screened", lambda indicator, points: near)
     start = from_points.start_from_points(PointCloud(np.argwhere(smooth.values > 0).astype(float)), 600)
     assert start.mesh.genus == start.report.genus == handles
     assert len(start.report.doubtful) == doubtful
+
+
+@pytest.mark.parametrize(
+    ("cell", "noise", "finer", "bare", "doubtful"),
+    [(0.8, 0.1, 3, 0, 0), (0.95, 0.1, 3, 0, 3), (0.8, 0.5, 3, 0, 3), (0.8, 0.1, -1, 0, 3), (0.8, 0.1, 3, 1, 3)],
+)
+def test_doubt_is_settled_by_cells_that_are_finer_than_others_and_wider_than_noise(
+    monkeypatch, cell, noise, finer, bare, doubtful
+):
+    unsure = plate(-0.02, 0.4, -0.01, 0.03)
+    through = plate(*[-0.4] * finer, *[0.4] * (4 - finer)) if finer >= 0 else unsure
+    grids = [Indicator(Grid(np.zeros(3), size, v.shape), v) for size, v in ((1.0, unsure), (cell, through))]
+    monkeypatch.setattr(from_points, "_indicator", lambda cloud, vertices, least=0: grids[least > 0])
+    monkeypatch.setattr(from_points, "planes", lambda points: SimpleNamespace(spacing=1.0, noise=noise))
+    monkeypatch.setattr(from_points, "share_bare", lambda mesh, points: float(bare and mesh.genus == finer))
+    monkeypatch.setattr(from_points, "_cell", lambda points, spacing, vertices, least: cell)
+    monkeypatch.setattr(from_points, "screened", lambda indicator, points: indicator)
+    start = from_points.start_from_points(PointCloud(np.argwhere(unsure > 0).astype(float)), 600)
+    assert len(start.report.doubtful) == doubtful
+    assert start.report.cell == (cell if not doubtful else 1.0)
+    assert doubtful or start.mesh.genus == start.report.genus == finer
