@@ -12,6 +12,7 @@ from simplexmesh._base.vectors import dot, norm, normalized, tangents
 from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.cloud.pipes.chain import MOST_ANGLE, Chain, Feet
 from simplexmesh.cloud.pipes.line import PipeLine
+from simplexmesh.cloud.pipes.prolonging import BEYOND, prolonged
 from simplexmesh.cloud.pipes.refining import LOOSE, SUPERFLUOUS, cheaper, near_surface
 from simplexmesh.cloud.pipes.tolerances import BAND, SHORT, SLIGHT
 from simplexmesh.cloud.pipes.tracing._kernels_tracing import STEP
@@ -26,9 +27,6 @@ SHORT_END = 5.0
 LESS = 0.7
 """Share of the points near a part of a pipe that are on it, in that of others, below which it is not of the pipe."""
 
-BEYOND = 2
-"""Points beyond an end, which may be strays."""
-
 RIM = 0.5
 """Distance from the rim, along and outward, within which something begins, in radii."""
 
@@ -39,7 +37,7 @@ FEW = 0.15
 """Points that begin in a sector, as a share of those of the line, beside twice the outliers as far before the rim."""
 
 
-def with_ends(around: Surroundings, chain: Chain, deviation: float, *, bends: bool = False) -> Chain:
+def with_ends(around: Surroundings, chain: Chain, deviation: float, gap: float, *, bends: bool = False) -> Chain:
     """Return the chain with ends where its points end; short straights behind bends may become parts of those.
 
     With `bends` one more is looked for at each end, which also another diameter may look like.
@@ -47,7 +45,7 @@ def with_ends(around: Surroundings, chain: Chain, deviation: float, *, bends: bo
     for _ in range(2):
         chain = _with_last_bend(around, chain, deviation) if bends else chain
         chain = _without_false_bend(around, _without_stub(around, chain), deviation)
-        chain = reversed_chain(_ended(around, chain, deviation))
+        chain = reversed_chain(_ended(around, chain, deviation, gap))
     return chain
 
 
@@ -108,7 +106,7 @@ def are_corners(around: Surroundings, chain: Chain, deviation: float) -> Mask:
     return out
 
 
-def _ended(around: Surroundings, chain: Chain, deviation: float) -> Chain:
+def _ended(around: Surroundings, chain: Chain, deviation: float, gap: float) -> Chain:
     """Return a chain that ends where its points do: on the last straight, or in the bend before."""
     at = near_surface(around, chain, max(WITHIN * deviation, 0.02 * around.radius))
     if len(at) < 10:
@@ -119,7 +117,7 @@ def _ended(around: Surroundings, chain: Chain, deviation: float) -> Chain:
         return _bent(chain, (station - chain.stations[-3]) / chain.bend_radii[-1])
     corners = chain.corners.copy()
     corners[-1] += max(station - chain.stations[-1], bend_end - chain.stations[-1]) * chain.directions[-1]
-    return replace(chain, corners=corners)
+    return prolonged(around, replace(chain, corners=corners), deviation, gap)
 
 
 def _without_stub(around: Surroundings, chain: Chain) -> Chain:
