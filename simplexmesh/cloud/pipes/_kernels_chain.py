@@ -94,10 +94,19 @@ def beside(axis, place, j, height):
 
 
 @lean
+def past_miter(axis, place, i):
+    """Return how far a place is past the plane that halves corner i; 0 where that is no miter, which has no bend."""
+    if axis.bend_radii[i] > 0:
+        return 0.0
+    away = minus(place, row(axis.corners, i + 1))
+    return dot(away, row(axis.directions, i)) + dot(away, row(axis.directions, i + 1))
+
+
+@lean
 def nearest(axis, place):
     """Return the piece on whose axis a place has its foot, and the height or the angle there; straight on at the ends.
 
-    Bends count where they are met at right angles: their ends are those of straights.
+    Bends count where they are met at right angles: their ends are those of straights, which go on up to miters.
     """
     piece, along, least, last = 0, 0.0, math.inf, len(axis.directions) - 1
     for j in range(last + 1):
@@ -105,6 +114,10 @@ def nearest(axis, place):
         height = dot(away, row(axis.directions, j))
         away = beside(axis, away, j, height)
         on = min(max(height, axis.limits[j, 0]), axis.limits[j, 1])
+        if height > on and j < last and past_miter(axis, place, j) < 0:
+            on = height
+        elif height < on and j > 0 and past_miter(axis, place, j - 1) > 0:
+            on = height
         square = dot(away, away) - height * height + (height - on) ** 2
         if square < least:
             outside = (j == 0 and height < on) or (j == last and height > on)
@@ -112,7 +125,7 @@ def nearest(axis, place):
     for i in range(last):
         arm = minus(place, row(axis.centers, i))
         a, b = dot(arm, row(axis.outward, i)), dot(arm, row(axis.directions, i))
-        if b > 0 and a * axis.turns[i, 1] > b * axis.turns[i, 0]:
+        if axis.bend_radii[i] > 0 and b > 0 and a * axis.turns[i, 1] > b * axis.turns[i, 0]:
             far = math.sqrt(a * a + b * b)
             square = dot(arm, arm) - far * far + (far - axis.bend_radii[i]) ** 2
             if square < least:

@@ -263,7 +263,7 @@ class Chain:
         in the middle of its first straight.
         """
         chain = self.begun(0.5) if self.closed else self
-        bends = np.maximum(chain.bend_radii, chain._least_bends)
+        bends = np.where(chain.are_miters, 0.0, np.maximum(chain.bend_radii, chain._least_bends))
         reaches = np.where(chain.angles > LEAST_ANGLE, bends * np.tan(chain.angles / 2), 0.0)
         before, after = np.append(0.0, reaches), np.append(reaches, 0.0)  # at both ends of each segment
         room_after, room_before = (np.maximum(chain.lengths / 2, chain.lengths - x) for x in (before, after))
@@ -289,12 +289,17 @@ class Chain:
     @property
     def are_short(self) -> Mask:
         """(m - 2,) whether there was no room for a bend as wide as the pipe."""
-        return self.bend_radii < (1 - SHORTEST) * self._least_bends
+        return (self.bend_radii < (1 - SHORTEST) * self._least_bends) & ~self.are_miters
 
     @property
     def are_tight(self) -> Mask:
         """(m - 2,) whether bends are hardly wider than the pipe, or less."""
-        return self.bend_radii < TIGHT * self._least_bends
+        return (self.bend_radii < TIGHT * self._least_bends) & ~self.are_miters
+
+    @property
+    def are_miters(self) -> Mask:
+        """(m - 2,) whether two straights are cut aslant and joined: there is no bend, and none comes in fits."""
+        return self.bend_radii == 0
 
     def begun(self, share: float) -> Chain:
         """Return a closed chain that begins at a share of the way from its last corner to its first one."""

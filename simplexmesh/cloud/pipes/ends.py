@@ -113,6 +113,8 @@ def _ended(around: Surroundings, chain: Chain, deviation: float, gap: float) -> 
         return chain
     station = np.sort(chain.feet(around.points[at]).station)[-1 - BEYOND]
     bend_end = chain.stations[-2]
+    if station <= bend_end and chain.are_miters[-1:].any():
+        return chain
     if station < bend_end and len(chain.bend_radii) and station > chain.stations[-3]:
         return _bent(chain, (station - chain.stations[-3]) / chain.bend_radii[-1])
     corners = chain.corners.copy()
@@ -125,6 +127,7 @@ def _without_stub(around: Surroundings, chain: Chain) -> Chain:
     stub = float(np.diff(chain.limits[-1])[0])
     if (
         not len(chain.bend_radii)
+        or chain.are_miters[-1]
         or stub > SHORT * chain.radii[-1]
         or (chain.changes[:, 0] == len(chain.lengths) - 1).any()
     ):

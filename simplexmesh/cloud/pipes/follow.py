@@ -29,6 +29,7 @@ from simplexmesh.cloud.pipes.ends import (
     without_last_bend,
 )
 from simplexmesh.cloud.pipes.line import PipeLine
+from simplexmesh.cloud.pipes.miters import mitered
 from simplexmesh.cloud.pipes.refining import covariance_of, held, near_surface, off_axis, refined, simplified
 from simplexmesh.cloud.pipes.tolerances import BAND, NEAR, SHORT
 from simplexmesh.cloud.pipes.tracing.segmenting import segmented
@@ -147,8 +148,9 @@ def followed(found: Beginning) -> tuple[Chain, Array, float, tuple[str, str]]:
     if len(ended.bend_radii) != len(chain.bend_radii):
         ended, deviation = refined(near, ended)
         ended = with_ends(near, ended, deviation, gap)
-    corners = are_corners(near, ended, deviation)
-    if corners.any() and not ended.closed:
+    if not ended.closed and ended.are_tight.any():
+        ended = mitered(near, ended, deviation)
+        corners = are_corners(near, ended, deviation)
         ended, deviation = refined(near, without_bends(ended, corners, found.point))
         ended = with_ends(near, ended, deviation, gap)
     points = near.points[near_surface(near, ended, max(BAND * around.radius / 3, 3 * deviation))]
