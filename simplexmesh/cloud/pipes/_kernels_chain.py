@@ -95,9 +95,7 @@ def beside(axis, place, j, height):
 
 @lean
 def past_miter(axis, place, i):
-    """Return how far a place is past the plane that halves corner i; 0 where that is no miter, which has no bend."""
-    if axis.bend_radii[i] > 0:
-        return 0.0
+    """Return how far a place is past the plane that halves corner i."""
     away = minus(place, row(axis.corners, i + 1))
     return dot(away, row(axis.directions, i)) + dot(away, row(axis.directions, i + 1))
 
@@ -114,9 +112,9 @@ def nearest(axis, place):
         height = dot(away, row(axis.directions, j))
         away = beside(axis, away, j, height)
         on = min(max(height, axis.limits[j, 0]), axis.limits[j, 1])
-        if height > on and j < last and past_miter(axis, place, j) < 0:
+        if height > on and j < last and axis.bend_radii[j] == 0 and past_miter(axis, place, j) <= 0:
             on = height
-        elif height < on and j > 0 and past_miter(axis, place, j - 1) > 0:
+        elif height < on and j > 0 and axis.bend_radii[j - 1] == 0 and past_miter(axis, place, j - 1) >= 0:
             on = height
         square = dot(away, away) - height * height + (height - on) ** 2
         if square < least:
