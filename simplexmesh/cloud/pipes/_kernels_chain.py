@@ -94,10 +94,18 @@ def beside(axis, place, j, height):
 
 
 @lean
-def past_miter(axis, place, i):
-    """Return how far a place is past the plane that halves corner i."""
-    away = minus(place, row(axis.corners, i + 1))
-    return dot(away, row(axis.directions, i)) + dot(away, row(axis.directions, i + 1))
+def on_straight(axis, place, j, height):
+    """Return the height of the foot on straight j of a place: between its ends, or on up to the planes of its miters.
+
+    A miter is a corner without a bend, and its plane halves the angle between the two straights.
+    """
+    for i, way in ((j, 1.0), (j - 1, -1.0)):
+        if 0 <= i < len(axis.bend_radii) and axis.bend_radii[i] == 0:
+            away = minus(place, row(axis.corners, i + 1))
+            past = dot(away, row(axis.directions, i)) + dot(away, row(axis.directions, i + 1))
+            if way * past <= 0 and way * height > way * axis.limits[j, 1 if way > 0 else 0]:
+                return height
+    return min(max(height, axis.limits[j, 0]), axis.limits[j, 1])
 
 
 @lean
@@ -111,11 +119,7 @@ def nearest(axis, place):
         away = minus(place, row(axis.corners, j))
         height = dot(away, row(axis.directions, j))
         away = beside(axis, away, j, height)
-        on = min(max(height, axis.limits[j, 0]), axis.limits[j, 1])
-        if height > on and j < last and axis.bend_radii[j] == 0 and past_miter(axis, place, j) <= 0:
-            on = height
-        elif height < on and j > 0 and axis.bend_radii[j - 1] == 0 and past_miter(axis, place, j - 1) >= 0:
-            on = height
+        on = on_straight(axis, place, j, height)
         square = dot(away, away) - height * height + (height - on) ** 2
         if square < least:
             outside = (j == 0 and height < on) or (j == last and height > on)

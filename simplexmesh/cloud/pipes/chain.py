@@ -57,7 +57,8 @@ class Chain:
     """Cylinders along the segments of a polyline, and in each corner the torus tangent to two of them.
 
     Tangency is exact by construction: a bend has its center on the bisector of its corner, at the distance at which its
-    circle touches both segments. Radii change along straights, linearly between two heights, where the
+    circle touches both segments. Of radius 0 it is a miter: the cylinders end at the plane that halves the corner, and
+    are not tangent. Radii change along straights, linearly between two heights, where the
     axis may be moved across as well: it is parallel on both sides, and sections are circles at right angles to it. A
     chain of one radius is closed if it ends where it begins: on the segment between its last corner and its first one.
 
@@ -66,7 +67,7 @@ class Chain:
     corners : (m, 3) array of float
         Ends and corners of the axis.
     bend_radii : (m - 2,) array of float
-        Of the axis in each corner.
+        Of the axis in each corner; where it is 0, it stays so in fits.
     radii : (k,) array of float
         Of the pipe, in order.
     changes : (k - 1, 3) array of float

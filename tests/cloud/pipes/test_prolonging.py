@@ -13,7 +13,7 @@ from tests.nightly.marks import nightly
 
 def thinning(rng, hidden=(0.0, 0.0)):
     """A pipe of radius 1, dense up to 20, then with two points to a radius up to 70, but for what is hidden."""
-    far = along_z(rng, 100, 50) + [0, 0, 20]
+    far = along_z(rng, 100, 50) + np.array([0, 0, 20])
     return np.concatenate([along_z(rng, 1500, 20), far[(far[:, 2] < hidden[0]) | (far[:, 2] > hidden[1])]])
 
 
