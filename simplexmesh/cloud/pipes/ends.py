@@ -1,4 +1,4 @@
-"""Ends of chains: where their points end, also within a bend, and whether something else begins there."""
+"""Ends of chains: where their points end, also within a bend, or in a corner, and whether something else begins there."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from simplexmesh._base.vectors import dot, norm, normalized, tangents
 from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.cloud.pipes.chain import MOST_ANGLE, Chain, Feet
 from simplexmesh.cloud.pipes.line import PipeLine
-from simplexmesh.cloud.pipes.prolonging import BEYOND, prolonged
 from simplexmesh.cloud.pipes.refining import LOOSE, SUPERFLUOUS, cheaper, near_surface
 from simplexmesh.cloud.pipes.tolerances import BAND, SHORT, SLIGHT
 from simplexmesh.cloud.pipes.tracing._kernels_tracing import STEP
+from simplexmesh.cloud.pipes.tracing.prolonging import BEYOND, prolonged
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 
 LAST_BENDS = np.geomspace(0.3, 3.0, 8)
@@ -35,6 +35,9 @@ SECTORS, MUCH = 12, 0.4
 
 FEW = 0.15
 """Points that begin in a sector, as a share of those of the line, beside twice the outliers as far before the rim."""
+
+ON_BOTH_SIDES = 0.2
+"""Share of the points of a straight before a miter, from which on those behind are of a pipe that goes on there."""
 
 
 def with_ends(around: Surroundings, chain: Chain, deviation: float, gap: float, *, bends: bool = False) -> Chain:
@@ -104,6 +107,41 @@ def are_corners(around: Surroundings, chain: Chain, deviation: float) -> Mask:
         start, end = chain.stations[2 * k + 1 : 2 * k + 3]
         out[k] |= share_on(feet, start, end, deviation) < least
     return out
+
+
+def mitered(around: Surroundings, chain: Chain, deviation: float) -> Chain:
+    """Return an open chain with miters in those corners where bends are tight, and points are on miters as well."""
+    for k in np.flatnonzero(chain.are_tight):
+        bends = chain.bend_radii.copy()
+        bends[k] = 0.0
+        tried = cheaper(around, chain, replace(chain, bend_radii=bends).fitting(), SUPERFLUOUS)
+        chain = tried if tried is not chain and _is_miter(around, tried, deviation, int(k)) else chain
+    return chain
+
+
+def _is_miter(around: Surroundings, chain: Chain, deviation: float, k: int) -> bool:
+    """Whether points up to a corner on both sides are on the two straights, and none where one would go on behind it.
+
+    A run goes on where a branch of its width meets it.
+    """
+    feet, corner = chain.feet(around.points), chain.stations[2 * k + 1]
+    r = float(chain.radii[0])
+    half = r * float(np.tan(chain.angles[k] / 2)) + SHORT * r
+    on = np.abs(feet.distance) < 2 * deviation
+    before, after = (on & (feet.station > low) & (feet.station < low + half) for low in (corner - half, corner))
+    least = LESS * share_on(feet, 0.0, chain.stations[-1], deviation)
+    alike = all(share_on(feet, low, low + half, deviation) >= least for low in (corner - half, corner))
+    behind = _behind(around, chain, deviation, k, half), _behind(around, reversed_chain(chain), deviation, -1 - k, half)
+    return alike and all(ON_BOTH_SIDES * side.sum() > more for side, more in zip((before, after), behind, strict=True))
+
+
+def _behind(around: Surroundings, chain: Chain, deviation: float, k: int, half: float) -> int:
+    """Return how many points are on a straight gone on behind the corner at its end, past what the other one hides."""
+    along, corner = chain.directions[: len(chain.angles)][k], chain.corners[1:-1][k]
+    away = around.points - corner
+    height, hidden = away @ along, half - SHORT * chain.radii[0]
+    off = norm(away - height[:, None] * along) - chain.radii[0]
+    return int(((np.abs(off) < 2 * deviation) & (height > hidden) & (height < hidden + half)).sum())
 
 
 def _ended(around: Surroundings, chain: Chain, deviation: float, gap: float) -> Chain:

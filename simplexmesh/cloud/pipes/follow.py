@@ -22,6 +22,7 @@ from simplexmesh.cloud.pipes.diameters import is_joint, joined, next_beside, nex
 from simplexmesh.cloud.pipes.elements import elements_of
 from simplexmesh.cloud.pipes.ends import (
     are_corners,
+    mitered,
     reversed_chain,
     with_ends,
     with_stops,
@@ -29,7 +30,6 @@ from simplexmesh.cloud.pipes.ends import (
     without_last_bend,
 )
 from simplexmesh.cloud.pipes.line import PipeLine
-from simplexmesh.cloud.pipes.miters import mitered
 from simplexmesh.cloud.pipes.refining import covariance_of, held, near_surface, off_axis, refined, simplified
 from simplexmesh.cloud.pipes.tolerances import BAND, NEAR, SHORT
 from simplexmesh.cloud.pipes.tracing.segmenting import segmented
