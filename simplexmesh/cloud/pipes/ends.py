@@ -1,4 +1,4 @@
-"""Ends of chains: where their points end, also within a bend, or in a corner, and whether something else begins there."""
+"""Ends of chains: where their points end, also within a bend or in a corner, and whether something else begins there."""
 
 from __future__ import annotations
 
@@ -110,11 +110,11 @@ def are_corners(around: Surroundings, chain: Chain, deviation: float) -> Mask:
 
 
 def mitered(around: Surroundings, chain: Chain, deviation: float) -> Chain:
-    """Return an open chain with miters in those corners where bends are tight, and points are on miters as well."""
+    """Return an open chain with miters in those corners where bends are tight, and points are clearly more on miters."""
     for k in np.flatnonzero(chain.are_tight):
         bends = chain.bend_radii.copy()
         bends[k] = 0.0
-        tried = cheaper(around, chain, replace(chain, bend_radii=bends).fitting(), SUPERFLUOUS)
+        tried = cheaper(around, chain, replace(chain, bend_radii=bends).fitting(), -SUPERFLUOUS)
         chain = tried if tried is not chain and _is_miter(around, tried, deviation, int(k)) else chain
     return chain
 
