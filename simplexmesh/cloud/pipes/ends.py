@@ -1,4 +1,4 @@
-"""Ends of chains: where their points end, also within a bend or in a corner, and whether something else begins there."""
+"""Ends of chains: where points end, also within a bend or in a corner, and whether something else begins there."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ def are_corners(around: Surroundings, chain: Chain, deviation: float) -> Mask:
 
 
 def mitered(around: Surroundings, chain: Chain, deviation: float) -> Chain:
-    """Return an open chain with miters in those corners where bends are tight, and points are clearly more on miters."""
+    """Return an open chain with miters in corners where bends are tight, and points are clearly more on miters."""
     for k in np.flatnonzero(chain.are_tight):
         bends = chain.bend_radii.copy()
         bends[k] = 0.0
