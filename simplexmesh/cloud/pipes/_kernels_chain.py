@@ -94,17 +94,32 @@ def beside(axis, place, j, height):
 
 
 @lean
+def on_straight(axis, place, j, height):
+    """Return the height of the foot on straight j of a place: between its ends, or on up to the planes of its miters.
+
+    A miter is a corner without a bend, and its plane halves the angle between the two straights.
+    """
+    for i, way in ((j, 1.0), (j - 1, -1.0)):
+        if 0 <= i < len(axis.bend_radii) and axis.bend_radii[i] == 0:
+            away = minus(place, row(axis.corners, i + 1))
+            past = dot(away, row(axis.directions, i)) + dot(away, row(axis.directions, i + 1))
+            if way * past <= 0 and way * height > way * axis.limits[j, 1 if way > 0 else 0]:
+                return height
+    return min(max(height, axis.limits[j, 0]), axis.limits[j, 1])
+
+
+@lean
 def nearest(axis, place):
     """Return the piece on whose axis a place has its foot, and the height or the angle there; straight on at the ends.
 
-    Bends count where they are met at right angles: their ends are those of straights.
+    Bends count where they are met at right angles: their ends are those of straights, which go on up to miters.
     """
     piece, along, least, last = 0, 0.0, math.inf, len(axis.directions) - 1
     for j in range(last + 1):
         away = minus(place, row(axis.corners, j))
         height = dot(away, row(axis.directions, j))
         away = beside(axis, away, j, height)
-        on = min(max(height, axis.limits[j, 0]), axis.limits[j, 1])
+        on = on_straight(axis, place, j, height)
         square = dot(away, away) - height * height + (height - on) ** 2
         if square < least:
             outside = (j == 0 and height < on) or (j == last and height > on)
@@ -112,7 +127,7 @@ def nearest(axis, place):
     for i in range(last):
         arm = minus(place, row(axis.centers, i))
         a, b = dot(arm, row(axis.outward, i)), dot(arm, row(axis.directions, i))
-        if b > 0 and a * axis.turns[i, 1] > b * axis.turns[i, 0]:
+        if axis.bend_radii[i] > 0 and b > 0 and a * axis.turns[i, 1] > b * axis.turns[i, 0]:
             far = math.sqrt(a * a + b * b)
             square = dot(arm, arm) - far * far + (far - axis.bend_radii[i]) ** 2
             if square < least:

@@ -57,7 +57,8 @@ class Chain:
     """Cylinders along the segments of a polyline, and in each corner the torus tangent to two of them.
 
     Tangency is exact by construction: a bend has its center on the bisector of its corner, at the distance at which its
-    circle touches both segments. Radii change along straights, linearly between two heights, where the
+    circle touches both segments. Of radius 0 it is a miter: the cylinders end at the plane that halves the corner, and
+    are not tangent. Radii change along straights, linearly between two heights, where the
     axis may be moved across as well: it is parallel on both sides, and sections are circles at right angles to it. A
     chain of one radius is closed if it ends where it begins: on the segment between its last corner and its first one.
 
@@ -66,7 +67,7 @@ class Chain:
     corners : (m, 3) array of float
         Ends and corners of the axis.
     bend_radii : (m - 2,) array of float
-        Of the axis in each corner.
+        Of the axis in each corner; where it is 0, it stays so in fits.
     radii : (k,) array of float
         Of the pipe, in order.
     changes : (k - 1, 3) array of float
@@ -263,7 +264,7 @@ class Chain:
         in the middle of its first straight.
         """
         chain = self.begun(0.5) if self.closed else self
-        bends = np.maximum(chain.bend_radii, chain._least_bends)
+        bends = np.where(chain.are_miters, 0.0, np.maximum(chain.bend_radii, chain._least_bends))
         reaches = np.where(chain.angles > LEAST_ANGLE, bends * np.tan(chain.angles / 2), 0.0)
         before, after = np.append(0.0, reaches), np.append(reaches, 0.0)  # at both ends of each segment
         room_after, room_before = (np.maximum(chain.lengths / 2, chain.lengths - x) for x in (before, after))
@@ -289,12 +290,17 @@ class Chain:
     @property
     def are_short(self) -> Mask:
         """(m - 2,) whether there was no room for a bend as wide as the pipe."""
-        return self.bend_radii < (1 - SHORTEST) * self._least_bends
+        return (self.bend_radii < (1 - SHORTEST) * self._least_bends) & ~self.are_miters
 
     @property
     def are_tight(self) -> Mask:
         """(m - 2,) whether bends are hardly wider than the pipe, or less."""
-        return self.bend_radii < TIGHT * self._least_bends
+        return (self.bend_radii < TIGHT * self._least_bends) & ~self.are_miters
+
+    @property
+    def are_miters(self) -> Mask:
+        """(m - 2,) whether two straights are cut aslant and joined: there is no bend, and none comes in fits."""
+        return self.bend_radii == 0
 
     def begun(self, share: float) -> Chain:
         """Return a closed chain that begins at a share of the way from its last corner to its first one."""

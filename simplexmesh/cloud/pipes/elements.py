@@ -10,8 +10,8 @@ from simplexmesh._base import checks
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import cross, norm, normalized
 from simplexmesh.cloud.pipes.chain import SHORTEST, Chain
-from simplexmesh.cloud.pipes.ends import BEYOND
 from simplexmesh.cloud.pipes.line import Deviations, PipeElement
+from simplexmesh.cloud.pipes.tracing.prolonging import BEYOND
 from simplexmesh.data.primitives import Cone, Cylinder, Fit, Primitive, Torus
 from simplexmesh.data.primitives.oblique_cone import ObliqueCone
 

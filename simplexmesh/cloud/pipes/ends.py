@@ -1,4 +1,4 @@
-"""Ends of chains: where their points end, also within a bend, and whether something else begins there."""
+"""Ends of chains: where points end, also within a bend or in a corner, and whether something else begins there."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from simplexmesh.cloud.pipes.line import PipeLine
 from simplexmesh.cloud.pipes.refining import LOOSE, SUPERFLUOUS, cheaper, near_surface
 from simplexmesh.cloud.pipes.tolerances import BAND, SHORT, SLIGHT
 from simplexmesh.cloud.pipes.tracing._kernels_tracing import STEP
+from simplexmesh.cloud.pipes.tracing.prolonging import BEYOND, prolonged
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 
 LAST_BENDS = np.geomspace(0.3, 3.0, 8)
@@ -26,9 +27,6 @@ SHORT_END = 5.0
 LESS = 0.7
 """Share of the points near a part of a pipe that are on it, in that of others, below which it is not of the pipe."""
 
-BEYOND = 2
-"""Points beyond an end, which may be strays."""
-
 RIM = 0.5
 """Distance from the rim, along and outward, within which something begins, in radii."""
 
@@ -38,8 +36,11 @@ SECTORS, MUCH = 12, 0.4
 FEW = 0.15
 """Points that begin in a sector, as a share of those of the line, beside twice the outliers as far before the rim."""
 
+ON_BOTH_SIDES = 0.2
+"""Share of the points of a straight before a miter, from which on those behind are of a pipe that goes on there."""
 
-def with_ends(around: Surroundings, chain: Chain, deviation: float, *, bends: bool = False) -> Chain:
+
+def with_ends(around: Surroundings, chain: Chain, deviation: float, gap: float, *, bends: bool = False) -> Chain:
     """Return the chain with ends where its points end; short straights behind bends may become parts of those.
 
     With `bends` one more is looked for at each end, which also another diameter may look like.
@@ -47,7 +48,7 @@ def with_ends(around: Surroundings, chain: Chain, deviation: float, *, bends: bo
     for _ in range(2):
         chain = _with_last_bend(around, chain, deviation) if bends else chain
         chain = _without_false_bend(around, _without_stub(around, chain), deviation)
-        chain = reversed_chain(_ended(around, chain, deviation))
+        chain = reversed_chain(_ended(around, chain, deviation, gap))
     return chain
 
 
@@ -108,18 +109,55 @@ def are_corners(around: Surroundings, chain: Chain, deviation: float) -> Mask:
     return out
 
 
-def _ended(around: Surroundings, chain: Chain, deviation: float) -> Chain:
+def mitered(around: Surroundings, chain: Chain, deviation: float) -> Chain:
+    """Return an open chain with miters in corners where bends are tight, and points are clearly more on miters."""
+    for k in np.flatnonzero(chain.are_tight):
+        bends = chain.bend_radii.copy()
+        bends[k] = 0.0
+        tried = cheaper(around, chain, replace(chain, bend_radii=bends).fitting(), -SUPERFLUOUS)
+        chain = tried if tried is not chain and _is_miter(around, tried, deviation, int(k)) else chain
+    return chain
+
+
+def _is_miter(around: Surroundings, chain: Chain, deviation: float, k: int) -> bool:
+    """Whether points up to a corner on both sides are on the two straights, and none where one would go on behind it.
+
+    A run goes on where a branch of its width meets it.
+    """
+    feet, corner = chain.feet(around.points), chain.stations[2 * k + 1]
+    r = float(chain.radii[0])
+    half = r * float(np.tan(chain.angles[k] / 2)) + SHORT * r
+    on = np.abs(feet.distance) < 2 * deviation
+    before, after = (on & (feet.station > low) & (feet.station < low + half) for low in (corner - half, corner))
+    least = LESS * share_on(feet, 0.0, chain.stations[-1], deviation)
+    alike = all(share_on(feet, low, low + half, deviation) >= least for low in (corner - half, corner))
+    behind = _behind(around, chain, deviation, k, half), _behind(around, reversed_chain(chain), deviation, -1 - k, half)
+    return alike and all(ON_BOTH_SIDES * side.sum() > more for side, more in zip((before, after), behind, strict=True))
+
+
+def _behind(around: Surroundings, chain: Chain, deviation: float, k: int, half: float) -> int:
+    """Return how many points are on a straight gone on behind the corner at its end, past what the other one hides."""
+    along, corner = chain.directions[: len(chain.angles)][k], chain.corners[1:-1][k]
+    away = around.points - corner
+    height, hidden = away @ along, half - SHORT * chain.radii[0]
+    off = norm(away - height[:, None] * along) - chain.radii[0]
+    return int(((np.abs(off) < 2 * deviation) & (height > hidden) & (height < hidden + half)).sum())
+
+
+def _ended(around: Surroundings, chain: Chain, deviation: float, gap: float) -> Chain:
     """Return a chain that ends where its points do: on the last straight, or in the bend before."""
     at = near_surface(around, chain, max(WITHIN * deviation, 0.02 * around.radius))
     if len(at) < 10:
         return chain
     station = np.sort(chain.feet(around.points[at]).station)[-1 - BEYOND]
     bend_end = chain.stations[-2]
+    if station <= bend_end and chain.are_miters[-1:].any():
+        return chain
     if station < bend_end and len(chain.bend_radii) and station > chain.stations[-3]:
         return _bent(chain, (station - chain.stations[-3]) / chain.bend_radii[-1])
     corners = chain.corners.copy()
     corners[-1] += max(station - chain.stations[-1], bend_end - chain.stations[-1]) * chain.directions[-1]
-    return replace(chain, corners=corners)
+    return prolonged(around, replace(chain, corners=corners), deviation, gap)
 
 
 def _without_stub(around: Surroundings, chain: Chain) -> Chain:
@@ -127,6 +165,7 @@ def _without_stub(around: Surroundings, chain: Chain) -> Chain:
     stub = float(np.diff(chain.limits[-1])[0])
     if (
         not len(chain.bend_radii)
+        or chain.are_miters[-1]
         or stub > SHORT * chain.radii[-1]
         or (chain.changes[:, 0] == len(chain.lengths) - 1).any()
     ):

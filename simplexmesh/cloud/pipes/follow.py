@@ -22,6 +22,7 @@ from simplexmesh.cloud.pipes.diameters import is_joint, joined, next_beside, nex
 from simplexmesh.cloud.pipes.elements import elements_of
 from simplexmesh.cloud.pipes.ends import (
     are_corners,
+    mitered,
     reversed_chain,
     with_ends,
     with_stops,
@@ -30,7 +31,7 @@ from simplexmesh.cloud.pipes.ends import (
 )
 from simplexmesh.cloud.pipes.line import PipeLine
 from simplexmesh.cloud.pipes.refining import covariance_of, held, near_surface, off_axis, refined, simplified
-from simplexmesh.cloud.pipes.tolerances import BAND, NEAR
+from simplexmesh.cloud.pipes.tolerances import BAND, NEAR, SHORT
 from simplexmesh.cloud.pipes.tracing.segmenting import segmented
 from simplexmesh.cloud.pipes.tracing.start import Beginning, beginning
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
@@ -143,14 +144,15 @@ def followed(found: Beginning) -> tuple[Chain, Array, float, tuple[str, str]]:
     if chain.closed:
         ended = chain.begun(chain.reaches[-1] / norm(chain.corners[1] - chain.corners[-2]))
     else:
-        ended = with_ends(near, chain, deviation, bends=True)
+        ended = with_ends(near, chain, deviation, gap, bends=True)
     if len(ended.bend_radii) != len(chain.bend_radii):
         ended, deviation = refined(near, ended)
-        ended = with_ends(near, ended, deviation)
-    corners = are_corners(near, ended, deviation)
-    if corners.any() and not ended.closed:
+        ended = with_ends(near, ended, deviation, gap)
+    if not ended.closed and ended.are_tight.any():
+        ended = mitered(near, ended, deviation)
+        corners = are_corners(near, ended, deviation)
         ended, deviation = refined(near, without_bends(ended, corners, found.point))
-        ended = with_ends(near, ended, deviation)
+        ended = with_ends(near, ended, deviation, gap)
     points = near.points[near_surface(near, ended, max(BAND * around.radius / 3, 3 * deviation))]
     return ended, covariance_of(ended, points, WITHIN * deviation, held(near, ended)), deviation, stops
 
@@ -164,7 +166,15 @@ def run(found: Beginning) -> tuple[Chain, tuple[str, str]]:
     around = beside(found.around, chain, gap)
     chain, deviation = refined(around, chain)
     chain = simplified(around, chain)
-    return chain if chain.closed else with_ends(around, chain, deviation), (track.stops[0], track.stops[1])
+    stops, r = (track.stops[0], track.stops[1]), around.radius
+    if chain.closed:
+        return chain, stops
+    length, chain = chain.stations[-1], with_ends(around, chain, deviation, gap)
+    while chain.stations[-1] > length + SHORT * r:  # fitted again before it goes on
+        length, around = chain.stations[-1], beside(found.around, chain, max(gap, chain.stations[-1] / r))
+        chain, deviation = refined(around, chain)
+        chain = with_ends(around, chain, deviation, gap)
+    return chain, stops
 
 
 def closed(track: Track, chain: Chain) -> Chain:

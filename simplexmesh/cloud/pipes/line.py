@@ -157,7 +157,7 @@ class Pipes:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PipeLine(Pipes):
-    """A line of pipe: straights, bends and reducers, each tangent to the next one.
+    """A line of pipe: straights, bends and reducers, each tangent to the next one, but for straights at a miter.
 
     Attributes
     ----------

@@ -152,7 +152,7 @@ def cheaper(around: Surroundings, chain: Chain, other: Chain, price: float, own:
     one, two = (each.distance(points) ** 2 for each in moved)
     costs = [float((square / (1 + square / scale**2)).sum()) for square in (one, two)]
     apart = np.abs(one - two)
-    count = apart.sum() ** 2 / (apart**2).sum() if apart.any() else 1.0
+    count = max(apart.sum() ** 2 / (apart**2).sum(), np.e) if apart.any() else np.e  # a parameter costs some point
     return moved[1] if len(points) * np.log(costs[1] / costs[0]) < price * np.log(count) else chain
 
 

@@ -31,7 +31,11 @@ def swept(chain: Chain, edge: float | None) -> tuple[Array, Indices]:
         twist = np.arctan2(dot(cross(u[-1], u[0]), along[0]), u[-1] @ u[0])
         angle = angle + twist * (stations / stations[-1])[:, None, None]
     out = np.cos(angle) * u[:, None] + np.sin(angle) * cross(along, u)[:, None]
-    vertices = (points[:, None] + radius[:, None, None] * out).reshape(-1, 3)
+    rings = points[:, None] + radius[:, None, None] * out
+    for k in np.flatnonzero(chain.are_miters):
+        at, half = int(np.abs(stations - chain.stations[2 * k + 1]).argmin()), chain.directions[k : k + 2].sum(axis=0)
+        rings[at] -= np.outer((rings[at] - points[at]) @ half / (along[at] @ half), along[at])
+    vertices = rings.reshape(-1, 3)
     index = np.arange(len(stations) * around).reshape(len(stations), around)
     if chain.closed:
         vertices, index[-1] = vertices[: index[-1, 0]], index[0]
@@ -42,12 +46,20 @@ def swept(chain: Chain, edge: float | None) -> tuple[Array, Indices]:
 
 
 def _stations(chain: Chain, size: float) -> Array:
-    """Return where rings are: at the ends of all pieces, and between them at steps of about a size."""
+    """Return where rings are: at the ends of all pieces, and between them at steps of about a size.
+
+    None cut those of miters, which are aslant.
+    """
     changes = [chain.stations[2 * int(j)] + np.array([a, b]) - chain.limits[int(j), 0] for j, a, b in chain.changes]
     marks = np.unique(np.concatenate([chain.stations, *changes]))
     marks = marks[np.append(True, np.diff(marks) > 0.05 * size)]
     steps = [np.linspace(a, b, max(1, round((b - a) / size)), endpoint=False) for a, b in itertools.pairwise(marks)]
-    return np.append(np.concatenate(steps), chain.stations[-1])
+    out = np.append(np.concatenate(steps), chain.stations[-1])
+    for k in np.flatnonzero(chain.are_miters):
+        away = np.abs(out - chain.stations[2 * k + 1])
+        away[[0, away.argmin(), -1]] = np.inf
+        out = out[away > chain.radii.max() * np.tan(chain.angles[k] / 2)]
+    return out
 
 
 def _untwisted(along: Array) -> Array:
@@ -55,5 +67,6 @@ def _untwisted(along: Array) -> Array:
     out = np.zeros_like(along)
     out[0] = tangents(along[0])[0]
     for k in range(1, len(along)):
-        out[k] = normalized(out[k - 1] - (out[k - 1] @ along[k]) * along[k])
+        half = normalized(along[k - 1] + along[k])
+        out[k] = normalized(out[k - 1] - 2 * (out[k - 1] @ half) * half)  # as well at right angles
     return out
