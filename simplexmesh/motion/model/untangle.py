@@ -183,8 +183,8 @@ def _smoothed(tangles: Tangles, target: Target, reach: float, attempt: int) -> T
 
 
 def _seen_from(target: Any, rows: Indices) -> Any:
-    """Return the target of an excerpt."""
-    return target.excerpt(rows) if isinstance(target, BuiltInTarget) else target
+    """Return the target of an excerpt: of one that tells vertices by their number, that of these."""
+    return target.excerpt(rows) if isinstance(target, BuiltInTarget) and hasattr(target, "excerpt") else target
 
 
 def _creased(mesh: SimplexMesh) -> Mask:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplexmesh._base import checks
-from simplexmesh._base.arrays import Array, Indices
+from simplexmesh._base.arrays import Array
 
 FLOAT = np.dtype(np.float64)
 
@@ -36,10 +36,6 @@ class BuiltInTarget:
     def errors(self, points: Array) -> Array | None:
         """Return one standard deviation (n, 3) of the error of data points, along its direction; None if unknown."""
         return None
-
-    def excerpt(self, rows: Indices) -> Any:
-        """Return the target of a mesh of the vertices in some rows (k,) of another: all see the same data."""
-        return self
 
 
 def target_gaps(target: Any, vertices: Array, normals: Array, reach: float, name: str = "target") -> Array:
