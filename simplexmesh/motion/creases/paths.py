@@ -131,8 +131,9 @@ def _pieces(
     edges = [{(min(step), max(step)) for step in _steps(path, closed=lines[k].closed)} for k, path in whole.items()]
     degree = np.bincount(np.array([*set().union(ties, *edges)], np.int64).ravel(), minlength=mesh.n_vertices)
     used: set[tuple[int, int]] = set()
+    edge = mean_edge(mesh)
     for k, path in whole.items():
-        for v, place in zip(path.tolist(), _places(mesh, path, lines[k]), strict=True):
+        for v, place in zip(path.tolist(), _places(mesh.vertices[path], lines[k], edge), strict=True):
             places.setdefault(v, place)
         steps = _steps(path, closed=lines[k].closed)
         stops = [i for i, (v, _) in enumerate(steps) if degree[v] != 2]
@@ -158,19 +159,19 @@ def _steps(path: Indices, *, closed: bool) -> list[tuple[int, int]]:
 
 def respaced(mesh: SimplexMesh, paths: Sequence[Path]) -> Array:
     """Return the vertices (n, 3) with those of paths spread along these, in their order."""
-    vertices = mesh.vertices.copy()
+    vertices, edge = mesh.vertices.copy(), mean_edge(mesh)
     for path in paths:
         vertices[path.vertices] = _places(
-            mesh, path.vertices, CreaseLine(mesh.vertices[path.vertices], path.closed, 0.0)
+            mesh.vertices[path.vertices], CreaseLine(mesh.vertices[path.vertices], path.closed, 0.0), edge
         )
     return vertices
 
 
-def _places(mesh: SimplexMesh, path: Indices, line: CreaseLine) -> Array:
-    """Return places (k, 3) on a line for the vertices of a path in their order, as near to them as evenly spread."""
-    samples, along = line.samples(STEP * mean_edge(mesh))
-    whole, count = along[-1], len(path)
-    nearest = along[cKDTree(samples[: len(samples) - line.closed]).query(mesh.vertices[path])[1]]
+def _places(vertices: Array, line: CreaseLine, edge: float) -> Array:
+    """Return places (k, 3) on a line for vertices (k, 3) in their order, as near to them as evenly spread."""
+    samples, along = line.samples(STEP * edge)
+    whole, count = along[-1], len(vertices)
+    nearest = along[cKDTree(samples[: len(samples) - line.closed]).query(vertices)[1]]
     if line.closed:
         nearest = np.unwrap(nearest, period=whole)
         step = np.copysign(whole, nearest[-1] - nearest[0]) / count

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from typing import Any
 
 import numpy as np
@@ -17,11 +18,10 @@ from simplexmesh.mesh.face_geometry import face_centroids
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.motion.creases.paths import Path, on_paths
 from simplexmesh.motion.model.state import mean_edge
-from simplexmesh.motion.targets.points import SurfelTarget
+from simplexmesh.motion.targets.parted import PartedPoints
 from simplexmesh.motion.targets.protocol import BuiltInTarget
 from simplexmesh.motion.targets.triangles import Triangles
 from simplexmesh.motion.topology.face_regions import dilated
-from simplexmesh.numerics.kd_tree import nearest
 
 SETTLED = 8
 """Rings around creases in which vertices move and have sides: others are where the smooth model had them, tips too."""
@@ -117,13 +117,11 @@ class Sided(BuiltInTarget):
         lines = cKDTree(((1 - between) * ends[:, 0] + between * ends[:, 1]).reshape(-1, 3))
         clear = (lines.query(points)[0] > rounded) & outward.any(axis=1)  # triangles without area have no side
         own = [np.flatnonzero(clear & (of_point == k)) for k in range(int(self.face_parts.max()) + 1)]
-        self.targets = {
-            k: SurfelTarget(points[rows], outward[rows], None if errors is None else errors[rows])
-            for k, rows in enumerate(own)
-            if len(rows) >= FEWEST
-        }
-        self._rows = {k: np.flatnonzero(part == k) for k in self.targets}
-        self._others = np.flatnonzero(~np.isin(part, list(self.targets)))
+        fitted = [k for k, rows in enumerate(own) if len(rows) >= FEWEST]
+        self._number = np.full(len(own), -1)  # of a part among those fitted
+        self._number[fitted] = np.arange(len(fitted))
+        self._seen = self._number[part]
+        self._parts = PartedPoints(points, outward, [own[k] for k in fitted], errors) if fitted else None
 
     @property
     def border(self) -> Any:
@@ -132,25 +130,29 @@ class Sided(BuiltInTarget):
 
     def see_all(self, chosen: Mask) -> None:
         """Let some vertices (n,) see the data of all parts."""
-        self._rows = {k: rows[~chosen[rows]] for k, rows in self._rows.items()}
-        self._others = np.union1d(self._others, np.flatnonzero(chosen))
+        self._seen = np.where(chosen, -1, self._seen)
+
+    def excerpt(self, rows: Indices) -> Sided:
+        """Return the target of the vertices in some rows (k,)."""
+        out = copy(self)
+        out._seen = self._seen[rows]
+        return out
 
     def gap(self, vertices: Array, normals: Array, reach: float) -> Array:
         """Return (n,) the signed distance of each vertex along its normal to the surface of its part, or NaN."""
-        out = np.empty(len(vertices))
-        for k, rows in self._rows.items():
-            out[rows] = self.targets[k].gap(vertices[rows], normals[rows], reach)
-        if len(self._others):
-            out[self._others] = self.whole.gap(vertices[self._others], normals[self._others], reach)
+        out, others = np.full(len(vertices), np.nan), self._seen < 0
+        if self._parts is not None:
+            out = self._parts.gap_to(self._seen, vertices, normals, reach)
+        if others.any():
+            out[others] = self.whole.gap(vertices[others], normals[others], reach)
         return out
 
     def nearest(self, mesh: SimplexMesh, chosen: Mask) -> Array:
         """Return vertices (n, 3) of which some (n,) are moved onto their part where that is within an edge."""
-        vertices, reach = mesh.vertices, mean_edge(mesh)
-        out = vertices.copy()
-        for k, rows in self._rows.items():
-            here, normals, gaps = _facing(self.targets[k], vertices, rows[chosen[rows]], reach)
-            out[here] += gaps[:, None] * normals
+        out, rows = mesh.vertices.copy(), np.flatnonzero(chosen & (self._seen >= 0))
+        if self._parts is not None:
+            normals, gaps = self._parts.facing(self._seen[rows], out[rows], mean_edge(mesh))
+            out[rows] += np.nan_to_num(gaps)[:, None] * normals
         return out
 
     def met(self, mesh: SimplexMesh, paths: Sequence[Path], resolution: float) -> Array:
@@ -163,12 +165,14 @@ class Sided(BuiltInTarget):
         edge = mean_edge(mesh)
         farthest = max(edge, resolution)
         rows = np.unique(np.concatenate([path.vertices for path in paths]))
-        around, at = self.face_parts[mesh.connectivity.vertex_faces[rows]], mesh.vertices[rows]
+        around, at = np.sort(self._number[self.face_parts[mesh.connectivity.vertex_faces[rows]]]), mesh.vertices[rows]
+        around[:, 1:][around[:, 1:] == around[:, :-1]] = -1  # each part once
         A, b = np.zeros((len(rows), 3, 3)), np.zeros((len(rows), 3))
-        for k, target in self.targets.items():
-            here, normals, gaps = _facing(target, at, np.flatnonzero((around == k).any(axis=1)), farthest)
-            A[here] += normals[:, :, None] * normals[:, None, :]
-            b[here] += gaps[:, None] * normals
+        for part, target in [(part, self._parts) for part in around.T if self._parts is not None]:
+            normals, gaps = target.facing(part, at, farthest)
+            known = (part >= 0) & ~np.isnan(gaps)
+            A[known] += (normals[:, :, None] * normals[:, None, :])[known]
+            b[known] += (gaps[:, None] * normals)[known]
         chains = [(path, np.searchsorted(rows, path.vertices)) for path in paths]
         bends = _differences([np.append(c, c[:2]) if p.closed else c for p, c in chains], [1, -2, 1], len(rows))
         ties = _differences([c for p, c in chains if p.line < 0], [1, -1], len(rows))
@@ -181,15 +185,6 @@ class Sided(BuiltInTarget):
         out = mesh.vertices.copy()
         out[rows] += move
         return out
-
-
-def _facing(target: SurfelTarget, places: Array, rows: Indices, reach: float) -> tuple[Indices, Array, Array]:
-    """Return the rows (k,) of places (n, 3) that a surface is near, its normals there and how far it is along them."""
-    index = nearest(target._surfels, places[rows] - target.center, 1)[1][:, 0]
-    normals = np.ascontiguousarray(target._surfels.table[index, 3:6])
-    gaps = target.gap(places[rows], normals, reach)
-    known = ~np.isnan(gaps)
-    return rows[known], normals[known], gaps[known]
 
 
 def _differences(chains: Sequence[Indices], weights: Sequence[float], count: int) -> csr_array:

@@ -56,12 +56,9 @@ def unfolded(mesh: SimplexMesh, free: Mask, *, even: bool = True) -> SimplexMesh
     normals = np.concatenate([across[faces][of], normalized(across[c.vertex_faces[rows]].sum(axis=1))])
     places = mesh.vertices.copy()
 
-    def areas(vertices: Array) -> tuple[Array, Array, Array]:
-        p, q, r = (corner @ vertices for corner in corners)
-        return dot(cross(q - p, r - p), normals), cross(r - p, normals), cross(normals, q - p)
-
-    back = [corner[:, rows].T.tocsr() for corner in corners]  # from triangles to free vertices
-    whole = np.abs(areas(places)[0])
+    sides = [corner - corners[0] for corner in corners[1:]]  # of triangles, as sums of vertices
+    first, second = (side @ places for side in sides)
+    whole = np.abs(dot(cross(first, second), normals))
     if even:
         whole[: len(of)], whole[len(of) :] = whole[: len(of)].mean(), whole[len(of) :].mean()
     else:
@@ -70,13 +67,17 @@ def unfolded(mesh: SimplexMesh, free: Mask, *, even: bool = True) -> SimplexMesh
         whole = np.concatenate([of_face[of], PER_VERTEX * around])
     length = float(np.sqrt(whole.mean()))
 
+    moved = [length * side[:, rows].tocsr() for side in sides]
+    back = [side.T.tocsr() for side in moved]
+
     def cost(moves: Array) -> tuple[float, Array]:
-        vertices = places.copy()
-        vertices[rows] += length * moves.reshape(-1, 3)
-        area, by_q, by_r = areas(vertices)
-        short = np.maximum(LEAST - area / whole, 0.0)
-        pull = (-2 * length * short / whole)[:, None]
-        slope = back[1] @ (pull * by_q) + back[2] @ (pull * by_r) - back[0] @ (pull * (by_q + by_r))
+        one, two = (side + by @ moves.reshape(-1, 3) for side, by in zip((first, second), moved, strict=True))
+        short = np.maximum(LEAST - dot(cross(one, two), normals) / whole, 0.0)
+        some = np.flatnonzero(short)
+        pull = (-2 * short[some] / whole[some])[:, None] * normals[some]
+        by_first, by_second = np.zeros_like(one), np.zeros_like(two)
+        by_first[some], by_second[some] = cross(two[some], pull), cross(pull, one[some])
+        slope = back[0] @ by_first + back[1] @ by_second
         return (short**2).sum() + HELD * (moves**2).sum(), slope.ravel() + 2 * HELD * moves
 
     found = minimize(cost, np.zeros(3 * len(rows)), jac=True, method="CG", options={"maxiter": 200})

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -17,7 +18,7 @@ from simplexmesh.mesh.connectivity import Connectivity
 from simplexmesh.mesh.simplex_mesh import SimplexMesh
 from simplexmesh.mesh.triangles.self_intersection import self_intersections
 from simplexmesh.motion.model.deform import DeformableModel
-from simplexmesh.motion.targets.protocol import Target
+from simplexmesh.motion.targets.protocol import BuiltInTarget, Target
 from simplexmesh.motion.topology.face_regions import dilated
 
 
@@ -104,8 +105,7 @@ def excerpt(mesh: SimplexMesh, zone: Mask) -> tuple[SimplexMesh, Indices]:
     near = c.neighbors[inside]
     vertex, slot = np.nonzero(~zone[near])
     k, count = len(inside), len(vertex)
-    if count < 3 or "crease" in mesh.data or c.face_is_hole[c.vertex_faces[inside]].any():
-        # with too few ends for a ring, or a target that tells the vertices of creases by their number
+    if count < 3 or c.face_is_hole[c.vertex_faces[inside]].any():  # with too few ends for a ring
         return mesh, np.arange(c.n_vertices)
     number = np.zeros(c.n_vertices, np.int64)
     number[inside] = np.arange(k)
@@ -166,7 +166,7 @@ def _smoothed(tangles: Tangles, target: Target, reach: float, attempt: int) -> T
             pass
         refitting = DeformableModel(
             relaxing.mesh,
-            target,
+            _seen_from(target, rows),
             alpha=0.4 * free,
             beta=0.2 / (1 + attempt) * free,
             damping=1.0,
@@ -180,6 +180,11 @@ def _smoothed(tangles: Tangles, target: Target, reach: float, attempt: int) -> T
         warn(f"an attempt at untangling was given up: {error}")
         return tangles
     return tangles.improved(_with_rows(tangles.mesh, rows, refitting.mesh), marked)
+
+
+def _seen_from(target: Any, rows: Indices) -> Any:
+    """Return the target of an excerpt: of one that tells vertices by their number, that of these."""
+    return target.excerpt(rows) if isinstance(target, BuiltInTarget) and hasattr(target, "excerpt") else target
 
 
 def _creased(mesh: SimplexMesh) -> Mask:
@@ -216,7 +221,9 @@ def _refitted(tangles: Tangles, before: SimplexMesh, target: Target, reach: floa
     for _ in range(4):
         part, rows = excerpt(tangles.mesh, dilated(marked, neighbors, 1))
         free = marked[rows].astype(float)
-        model = DeformableModel(part, target, alpha=0.4 * free, beta=0.4 * free, damping=1.0, reach=reach, rigidity=1)
+        model = DeformableModel(
+            part, _seen_from(target, rows), alpha=0.4 * free, beta=0.4 * free, damping=1.0, reach=reach, rigidity=1
+        )
         try:
             for _ in model.run(10, warnings=False):
                 pass

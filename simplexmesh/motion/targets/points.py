@@ -14,7 +14,7 @@ from simplexmesh.data.points import PointCloud
 from simplexmesh.motion.targets.borders import Border, border_of_points
 from simplexmesh.motion.targets.protocol import BuiltInTarget, checked_arguments
 from simplexmesh.motion.targets.surfels import _kernels_gaps
-from simplexmesh.motion.targets.surfels.surfels import fitted_surfels
+from simplexmesh.motion.targets.surfels.surfels import Surfels, fitted_surfels
 from simplexmesh.numerics.kd_tree import nearest
 
 DETAIL = 0.4
@@ -43,7 +43,11 @@ class SurfelTarget(BuiltInTarget):
 
     def __init__(self, points: Array, normals: Array | None = None, errors: Array | None = None) -> None:
         self.center: Array = points.mean(axis=0)
-        self._surfels = fitted_surfels(points - self.center, normals, errors)
+        self._take(fitted_surfels(points - self.center, normals, errors))
+
+    def _take(self, surfels: Surfels) -> None:
+        """Be the surface of surfels relative to the center."""
+        self._surfels = surfels
         self._spacing = self._surfels.spacing(0.99)
 
     def gap(self, vertices: Array, normals: Array, reach: float) -> Array:

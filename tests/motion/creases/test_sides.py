@@ -23,7 +23,7 @@ def test_both_sides_of_a_thin_body_keep_their_data():
 
 def test_points_beside_a_face_without_area_are_of_no_part(monkeypatch):
     given = []
-    monkeypatch.setattr(sides, "SurfelTarget", lambda points, normals, errors: given.append(normals))
+    monkeypatch.setattr(sides, "PartedPoints", lambda points, normals, parts, errors: given.extend(normals[parts[0]]))
     ball = sm.sphere(8)
     vertices = ball.vertices.copy()
     collapsed = list(ball.faces[20])
@@ -33,7 +33,7 @@ def test_points_beside_a_face_without_area_are_of_no_part(monkeypatch):
     edge = spike.connectivity.edge_vertices[0].astype(np.int64)
     path = Path(0, edge, vertices[edge], closed=False)
     Sided(spike, [path], points, sm.targets.Points(sm.PointCloud(points)), 0.0)
-    assert np.abs(np.linalg.norm(np.concatenate(given), axis=1) - 1).max() < 1e-12
+    assert np.abs(np.linalg.norm(given, axis=1) - 1).max() < 1e-12
 
 
 def test_some_vertices_are_laid_on_the_data_of_their_part():
@@ -48,3 +48,18 @@ def test_some_vertices_are_laid_on_the_data_of_their_part():
     away = np.linalg.norm(sided.nearest(dented, some), axis=1)
     assert np.abs(away[some] - np.linalg.norm(ball.vertices[some], axis=1)).max() < 0.003
     np.testing.assert_array_equal(sided.nearest(dented, some)[~some], dented.vertices[~some])
+
+
+def test_a_target_of_some_vertices_is_that_of_all_at_these():
+    ball = sm.sphere(8)
+    cap = ball.vertices[:, 2] > 0.5
+    points = ball.triangulated().sampled(4000, rng=0).points
+    edge = ball.connectivity.edge_vertices[0].astype(np.int64)
+    path = Path(0, edge, ball.vertices[edge], closed=False)
+    sided = Sided(ball, [path], points, sm.targets.Points(sm.PointCloud(points)), 0.0)
+    sided.see_all(cap)
+    rows = np.random.default_rng(0).permutation(ball.n_vertices)[:40]
+    moved = 0.95 * ball.vertices
+    some = sided.excerpt(rows).gap(moved[rows], ball.normals[rows], 0.3)
+    np.testing.assert_array_equal(some, sided.gap(moved, ball.normals, 0.3)[rows])
+    assert 0 < cap[rows].sum() < len(rows)

@@ -44,6 +44,14 @@ def test_an_excerpt_keeps_neighbors_in_order_positions_and_data():
     assert_array_equal(part.data["metric"], mesh.data["metric"][rows])
 
 
+def test_vertices_on_creases_keep_their_marks():
+    """Of meshes with creases no excerpt was taken: each attempt at a few tangles moved all vertices."""
+    mesh = BALL.with_data(crease=(np.arange(BALL.n_vertices) % 7 == 0).astype(np.uint8))
+    part, rows = excerpt(mesh, dilated(np.arange(mesh.n_vertices) == 100, mesh.neighbors, 4))
+    assert part.n_vertices < mesh.n_vertices / 2
+    assert_array_equal(part.data["crease"], mesh.data["crease"][rows])
+
+
 @pytest.mark.parametrize("mesh", [BALL, sm.cylinder(9, 5)])
 def test_of_all_vertices_or_some_on_holes_the_whole_mesh_is_kept(mesh):
     part, rows = excerpt(mesh, np.ones(mesh.n_vertices, bool))

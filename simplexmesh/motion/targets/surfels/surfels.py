@@ -41,10 +41,10 @@ MAX_SUPPORT_RATIO = 1.5
 """Limit of the ratio of the supports of neighboring surfels."""
 
 
-def centers_and_radii(cloud: Cloud) -> tuple[Indices, Array]:
+def centers_and_radii(cloud: Cloud, share: float = 1.0) -> tuple[Indices, Array]:
     """Return the points around which surfels are fitted, and the radii, interpolated from the pilots'."""
     points, n = cloud.points, len(cloud.points)
-    count = min(PILOTS, max(FEWEST_PILOTS, n // POINTS_A_PILOT))
+    count = max(int(share * min(PILOTS, max(FEWEST_PILOTS, n / share // POINTS_A_PILOT))), 2 * NEIGHBORS)
     pilots = np.unique(np.linspace(0, n - 1, count).astype(np.int64))
     chosen = _chosen_radii(cloud, pilots)
     cell, near = float(np.quantile(chosen, 0.1)) / 4, kd_tree(points[pilots])
@@ -175,14 +175,27 @@ class Surfels(NamedTuple):
         return float(np.quantile(finite, share)) if len(finite) else 0.0
 
 
+class Fits(NamedTuple):
+    """Fits to points, as surfels have them."""
+
+    table: Array
+    noise: Array
+    radius: Array
+
+
 def fitted_surfels(points: Array, normals: Array | None = None, spread: Array | None = None) -> Surfels:
     """Fit surfels to points (n, 3), with radii from the data; `spread` (n, 3) is the known error of each, one sigma."""
+    return assembled(*fits(points, normals, spread), oriented=normals is not None)
+
+
+def fits(points: Array, normals: Array | None = None, spread: Array | None = None, *, share: float = 1.0) -> Fits:
+    """Return the fits of which surfels are made; of a share of the points of a cloud, as many pilots see the scale."""
     first = _first_occurrences(points)
     tree, none = kd_tree(points[first]), np.zeros((0, 3))
     facing = none if normals is None else np.ascontiguousarray(normals[first][tree.order], np.float64)
     errors = none if spread is None else np.ascontiguousarray(spread[first][tree.order], np.float64)
     cloud = Cloud(*tree[:4], facing, errors)
-    centers, radii = centers_and_radii(cloud)
+    centers, radii = centers_and_radii(cloud, share)
     cell = float(np.quantile(radii, 0.1)) / 5
     table, report = _fits(cloud, centers, radii)
     known = 0.0 if spread is None else norm(errors[centers])
@@ -196,10 +209,9 @@ def fitted_surfels(points: Array, normals: Array | None = None, spread: Array | 
     if len(good) < 4:  # too few points, or too scattered: the points themselves
         table = np.zeros((len(tree.points), 12))
         table[:, :3], table[:, 3:6] = tree.points, 0.0 if normals is None else facing
-        return assembled(table, np.zeros(len(table)), np.zeros(len(table)), oriented=normals is not None)
+        return Fits(table, np.zeros(len(table)), np.zeros(len(table)))
     keep: Indices = good[thinned(table[good, :3], cell)]
-    blended = _blended(table[keep], oriented=normals is not None)
-    return assembled(blended, noise[keep], radii[keep], oriented=normals is not None)
+    return Fits(_blended(table[keep], oriented=normals is not None), noise[keep], radii[keep])
 
 
 def _first_occurrences(points: Array) -> Indices:
