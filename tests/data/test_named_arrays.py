@@ -118,7 +118,6 @@ def test_a_part_in_front_of_a_plane():
 
 @pytest.mark.parametrize("operation", ["difference", "union", "intersection"])
 def test_a_boolean_of_surfaces(operation):
-    pytest.importorskip("manifold3d")
     label = np.zeros(SURFACE.n_vertices, int)
     one = SURFACE.with_data(label=label, only=label)
     other = SURFACE.transformed(np.diag([0.8, 0.8, 0.8, 1]) + np.array([[0, 0, 0, s] for s in (0.7, 0.1, 0.4, 0)]))

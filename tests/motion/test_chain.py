@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-
 import numpy as np
 import pytest
 import pyvista as pv
@@ -460,14 +458,6 @@ class TestBoolean:
         with pytest.raises((ValueError, TypeError)) as caught:
             call()
         assert str(caught.value).startswith(words)
-
-
-def test_without_the_library_the_error_says_how_to_install_it(monkeypatch):
-    monkeypatch.setitem(sys.modules, "manifold3d", None)
-    with pytest.raises(
-        ImportError, match=r"^boolean needs the package manifold3d: pip install 'simplexmesh\[guides\]'$"
-    ):
-        sm.boolean(BALL, BALL)
 
 
 def _box(low, high):

@@ -37,8 +37,7 @@ def clipped(surface: Any, origin: ArrayLike, normal: ArrayLike, *, cap: bool = F
     origin, normal : (3,) array of float
         A point of the plane and its normal, of any length.
     cap : bool
-        Close the cut with a flat face, so that a closed surface stays closed. Without it the cut is a border. Cuts
-        VTK leaves gaps in, as of some parts of CAD, need the package manifold3d: ``pip install 'simplexmesh[guides]'``.
+        Close the cut with a flat face, so that a closed surface stays closed. Without it the cut is a border.
 
     Returns
     -------
@@ -53,7 +52,7 @@ def clipped(surface: Any, origin: ArrayLike, normal: ArrayLike, *, cap: bool = F
     Warns
     -----
     SimplexMeshWarning
-        A cap has gaps, as where parts of the surface are oriented inward, or without manifold3d outlines nearly touch.
+        A cap has gaps, as where parts of the surface are oriented inward.
 
     Examples
     --------
@@ -88,8 +87,7 @@ def _without_gaps(mesh: TriangleMesh, origin: Array, direction: Array, found: Tr
         other = other.welded(tolerance=TOLERANCE * mesh.diagonal, report=False)
         if other.is_closed:
             return other
-    why = "orient all of the surface outward, move the plane a little, or pip install 'simplexmesh[guides]'"
-    warn(f"the cap has gaps, so the part is open: {why}")
+    warn("the cap has gaps, so the part is open: orient all of the surface outward, or move the plane a little")
     return found
 
 

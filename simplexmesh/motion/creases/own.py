@@ -104,13 +104,14 @@ def _least_tangled(cut: CutSurface, count: int, target: Triangles, report: Progr
     best, fewest = None, count
     for attempt in range(ATTEMPTS):
         report(0.1 + 0.8 * attempt / ATTEMPTS, "along its sharp edges")
-        parts = Parts(cut)
         coarse, middles = cut.coarsened(count - cut.corners, weights)
         opened = OpenedTriangles(coarse, middles)
         creased = on_paths(opened.paths, opened.count)
         mesh = opened.mesh().with_data(crease=creased.astype(np.uint8))
         rows = np.flatnonzero(~creased)
-        mesh = _unfolded(mesh, rows, parts, parts.of(coarse)[rows])
+        if mesh.n_vertices <= (1 + MOST_OFF) * count:  # else it is not taken
+            parts = Parts(cut)
+            mesh = _unfolded(mesh, rows, parts, parts.of(coarse)[rows])
         tangled = tangled_vertices(mesh)
         if best is None or tangled.sum() < fewest:
             best, fewest = Sharpened(mesh, target, opened.paths), int(tangled.sum())

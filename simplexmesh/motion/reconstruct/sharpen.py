@@ -6,6 +6,7 @@ import numpy as np
 
 from simplexmesh._base.progress import Progress
 from simplexmesh._base.vectors import cross, dot
+from simplexmesh.data.cutting.boolean import united
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh._kernels import component_labels
 from simplexmesh.mesh.contours import Contour, numbered
@@ -39,7 +40,9 @@ def along_edges(data: Input, options: Options, report: Progress) -> Run | None:
         return None
     body: TriangleMesh | None = data.source
     if data.leaves_bodies:
-        body = largest_body(data.source, edge_length(data.source.area, options.vertices))
+        body = united(data.source)
+        if body.n_components > 1:
+            body = largest_body(body, edge_length(body.area, options.vertices))
     if body is None or body.volume <= 0:
         return None
     points = (data.samples() if body is data.source else body.sampled(len(data.samples()))).points

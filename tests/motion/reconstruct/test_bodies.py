@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import simplexmesh as sm
+from simplexmesh.data.cutting.boolean import united
 from simplexmesh.motion.reconstruct.conversion import as_input
 from simplexmesh.motion.reconstruct.sharpen import largest_body
 from simplexmesh.motion.targets.inward import without_inside_out
@@ -89,13 +90,35 @@ def test_a_start_that_has_all_bodies_leaves_none_out():
     assert sm.reconstruct(both, init=start, creases="none").mesh.n_components == 2  # without a warning
 
 
-def test_bodies_that_cross_are_made_as_one():
-    other = ((1.2, 0.2, 0.1), (0.5, 0.4, 0.3))
+@pytest.mark.parametrize(
+    ("other", "shared"),
+    [
+        pytest.param(((1.2, 0.2, 0.1), (0.5, 0.4, 0.3)), 0.6 * 0.8 * 0.6, id="across"),
+        pytest.param(((1.8, 0.2, 0.1), (0.5, 0.4, 0.3)), 0, id="wall to wall"),
+    ],
+)
+def test_bodies_that_cross_or_touch_are_made_as_one_along_their_edges(other, shared):
+    """They were moved to samples of all of them, those of walls within too: rounded at their corners."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        model = sm.reconstruct(boxes(LARGE, other), vertices=600)
-    both = 8 * (np.prod(LARGE[1]) + np.prod(other[1])) - 0.6 * 0.8 * 0.6
-    assert model.mesh.volume == pytest.approx(both, rel=0.02)
+        model = sm.reconstruct(replace(boxes(LARGE, other), unit="mm"), vertices=600)
+    volume = 8 * (np.prod(LARGE[1]) + np.prod(other[1])) - shared
+    assert model.mesh.volume == pytest.approx(volume, rel=1e-6)
+    assert len(model.creases) == 24  # a ring of edges more where they meet
+    assert model.mesh.unit == "mm"
+
+
+def test_what_is_within_bodies_that_cross_goes():
+    across, within = ((1.2, 0.2, 0.1), (0.5, 0.4, 0.3)), ((0, 0, 0), (0.1, 0.1, 0.1))
+    found = united(boxes(LARGE, across, within))
+    assert found.volume == pytest.approx(8 * (np.prod(LARGE[1]) + 0.06) - 0.288)
+    assert found.n_components == 1
+
+
+def test_bodies_that_do_not_cross_are_not_changed():
+    for other in (((0.3, 0.2, 0.1), (0.5, 0.4, 0.3)), ((3, 0.2, 0.1), (0.5, 0.4, 0.3))):
+        given = boxes(LARGE, other)
+        assert united(given) is given
 
 
 def test_walls_of_cavities_are_kept_with_all_components():
