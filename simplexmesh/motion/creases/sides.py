@@ -140,11 +140,11 @@ class Sided(BuiltInTarget):
 
     def gap(self, vertices: Array, normals: Array, reach: float) -> Array:
         """Return (n,) the signed distance of each vertex along its normal to the surface of its part, or NaN."""
-        out, others = np.full(len(vertices), np.nan), self._seen < 0
-        if self._parts is not None:
-            out = self._parts.gap_to(self._seen, vertices, normals, reach)
-        if others.any():
-            out[others] = self.whole.gap(vertices[others], normals[others], reach)
+        out, own = np.full(len(vertices), np.nan), self._seen >= 0
+        if self._parts is not None and own.any():
+            out[own] = self._parts.gap_to(self._seen[own], vertices[own], normals[own], reach)
+        if not own.all():
+            out[~own] = self.whole.gap(vertices[~own], normals[~own], reach)
         return out
 
     def nearest(self, mesh: SimplexMesh, chosen: Mask) -> Array:

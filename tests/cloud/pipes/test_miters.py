@@ -29,7 +29,7 @@ def seen(angle, seed, noise=0.01):
     return np.concatenate(out), along[1]
 
 
-@pytest.mark.parametrize("seed", [0, *nightly(2, 3)])
+@pytest.mark.parametrize("seed", [0, *nightly(2, 3)])  # at 90 degrees lines end at the miters of seeds 1 and 7
 @pytest.mark.parametrize("angle", [45, 60, 90])
 def test_is_one_line_of_two_straights_that_meet(angle, seed):
     points, along = seen(angle, seed)

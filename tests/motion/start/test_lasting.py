@@ -123,3 +123,11 @@ def test_doubt_is_settled_by_cells_that_are_finer_than_others_and_wider_than_noi
     assert len(start.report.doubtful) == doubtful
     assert start.report.cell == (cell if not doubtful else 1.0)
     assert doubtful or start.mesh.genus == start.report.genus == finer
+
+
+def test_the_cells_tried_in_doubt_are_as_fine_as_points_allow():
+    points = np.random.default_rng(0).uniform(size=(20_000, 3))
+    side = float(np.ptp(points, axis=0).max())
+    assert from_points._cell(points, 0.004, 600) == pytest.approx(side / from_points.COARSEST)
+    assert from_points._cell(points, 0.004, 600, from_points.FINEST) == pytest.approx(side / from_points.FINEST)
+    assert from_points._cell(points, 0.1, 600, from_points.FINEST) == pytest.approx(0.08)
