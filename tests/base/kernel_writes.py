@@ -8,11 +8,15 @@ from __future__ import annotations
 import ast
 import inspect
 import textwrap
+import threading
 from collections.abc import Iterator
 from functools import cache
 from types import FunctionType
 
 from numba.core.registry import CPUDispatcher
+
+# two threads that parse at once make Python 3.11 raise SystemError
+ONE_PARSER = threading.RLock()
 
 
 @cache
@@ -87,4 +91,5 @@ def check(function: FunctionType, arguments: tuple[object, ...]) -> None:
     """Fail if the kernel would write to one of these that is read-only."""
     for parameter, value in zip(inspect.signature(function).parameters, arguments, strict=False):
         for name in read_only(parameter, value):
-            assert name not in written(function), f"{function.__name__} writes to {name}, which is read-only"
+            with ONE_PARSER:
+                assert name not in written(function), f"{function.__name__} writes to {name}, which is read-only"
