@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices
-from simplexmesh._base.errors import TopologyError, warn
+from simplexmesh._base.errors import TopologyError
 from simplexmesh._base.progress import Progress
 from simplexmesh.data.cutting.dividing import divided
 from simplexmesh.data.triangles import TriangleMesh
@@ -29,6 +29,7 @@ from simplexmesh.motion.targets.triangles import Triangles, surface_distance
 from simplexmesh.motion.topology.face_regions import dilated
 from simplexmesh.surface.features.coarsened import EVENNESS
 from simplexmesh.surface.features.feature_lines import feature_lines
+from simplexmesh.surface.features.lines.network import FeatureNetwork
 
 FINER = 1.5
 """Longest edge of the triangles that are coarsened, in roots of the area of a vertex of the model."""
@@ -48,9 +49,6 @@ HOPELESS = 1 / 3
 MOST_TANGLED = 0.01
 """Share of vertices on folded faces up to which a model is taken."""
 
-TOLD = 0.95
-"""Share of the length of the edges below which a warning tells what is left of them."""
-
 FARTHEST = 0.03
 """Mean distance of the points from a model, in roots of the area of a vertex, up to which it is taken."""
 
@@ -64,11 +62,10 @@ def model_along(target: Triangles, points: Array, count: int, report: Progress) 
     None without edges, if its `points` (n, 3) speak against them or are far from the mesh, if it touches itself or is
     noisier than the mesh is to be near, if the edges need more vertices, or many faces fold.
     """
-    surface = TriangleMesh(target.vertices, target.faces, {}, target.unit).welded(report=False)
-    edge, side = float(np.sqrt(surface.area / count)), resolution(surface.area / len(points), 0.0)
-    if surface.n_faces > MOST_TRIANGLES or _touches_itself(surface):
+    network = sharp_edges(TriangleMesh(target.vertices, target.faces, {}, target.unit))
+    if network is None:
         return None
-    network = feature_lines(surface)
+    edge, side = float(np.sqrt(network.mesh.area / count)), resolution(network.mesh.area / len(points), 0.0)
     lines = [CreaseLine(line.points, line.closed, 0.0) for line in network.lines]
     noisy = 4 * network.noise > EVENNESS * edge
     if noisy or not lines or evidence(lines, divided(network.mesh, side), points, side).together() <= 0:
@@ -76,17 +73,20 @@ def model_along(target: Triangles, points: Array, count: int, report: Progress) 
     cut = cut_along(network, FINER * edge)
     if cut.corners > count / 2 or cut.surface.n_faces > MOST_TRIANGLES:
         return None
-    found = _least_tangled(cut, count, target, report)
+    found = _least_tangled(cut, count, target, sum(line.length for line in lines), report)
     if found is None or abs(found.mesh.n_vertices / count - 1) > MOST_OFF:
         return None
     found, tangled = _released(found)
-    kept = sum(line.length for line in found.creases()) / sum(line.length for line in lines)
     away = surface_distance(points, *fan(found.mesh.vertices, found.mesh.connectivity))
-    if kept < MOST or tangled > MOST_TANGLED * count or away.mean() > FARTHEST * edge:
+    if found.share < MOST or tangled > MOST_TANGLED * count or away.mean() > FARTHEST * edge:
         return None
-    if kept < TOLD:
-        warn(f"only {kept:.0%} of the sharp edges of the data are in the model: with others its faces would fold")
     return found, tangled
+
+
+def sharp_edges(surface: TriangleMesh) -> FeatureNetwork | None:
+    """Return the sharp edges of a closed surface; None if it touches itself or has too many triangles."""
+    surface = surface.welded(report=False)
+    return None if surface.n_faces > MOST_TRIANGLES or _touches_itself(surface) else feature_lines(surface)
 
 
 def _touches_itself(surface: TriangleMesh) -> bool:
@@ -98,8 +98,8 @@ def _touches_itself(surface: TriangleMesh) -> bool:
     return int(vertex_fans(surface.faces, mates).max()) + 1 > len(np.unique(surface.faces))
 
 
-def _least_tangled(cut: CutSurface, count: int, target: Triangles, report: Progress) -> Sharpened | None:
-    """Return a model along the lines of a surface, or None where that is hopeless.
+def _least_tangled(cut: CutSurface, count: int, target: Triangles, length: float, report: Progress) -> Sharpened | None:
+    """Return a model along the lines of a surface, of so much length, or None where that is hopeless.
 
     It is made again with more vertices where it is tangled, until it is nowhere or some attempts are done.
     """
@@ -117,7 +117,7 @@ def _least_tangled(cut: CutSurface, count: int, target: Triangles, report: Progr
             mesh = _unfolded(mesh, rows, parts, parts.of(coarse)[rows])
         tangled = tangled_vertices(mesh)
         if best is None or tangled.sum() < fewest:
-            best, fewest = Sharpened(mesh, target, opened.paths), int(tangled.sum())
+            best, fewest = Sharpened(mesh, target, opened.paths, length), int(tangled.sum())
         if fewest > HOPELESS * count:
             return None
         if not fewest:
@@ -142,7 +142,7 @@ def _released(found: Sharpened) -> tuple[Sharpened, int]:
         tangled = tangled_vertices(mesh)
         if tangled.sum() < fewest:
             pieces = [piece for path in found.paths for piece in path.pieces(creased)]
-            best, fewest = Sharpened(mesh, found.target, pieces), int(tangled.sum())
+            best, fewest = Sharpened(mesh, found.target, pieces, found.sought), int(tangled.sum())
     return best, fewest
 
 

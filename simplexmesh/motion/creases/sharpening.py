@@ -58,11 +58,17 @@ PERTURBATION = 1e-9
 
 @dataclass(frozen=True)
 class Sharpened:
-    """A model with creases, the target that it was moved to, and the paths of creases along its edges."""
+    """A model with creases, its target, their paths along its edges, and the length of the sharp edges of the data."""
 
     mesh: SimplexMesh
     target: Target
     paths: list[Path]
+    sought: float
+
+    @property
+    def share(self) -> float:
+        """The length of its creases, in that of the sharp edges."""
+        return sum(line.length for line in self.creases()) / self.sought
 
     def creases(self) -> tuple[FeatureLine, ...]:
         """Return the creases as lines, the longest first, with the angles between the faces on both sides."""
@@ -128,7 +134,7 @@ def sharpened_volume(mesh: SimplexMesh, points: Array, away: Array, target: Isos
     return _laid(Scene(mesh, chosen, points, target, ROUNDED * blur, resolution(mesh.area / len(points), noise)))
 
 
-def _length(lines: Sequence[CreaseLine] | Sequence[FeatureLine]) -> float:
+def _length(lines: Sequence[CreaseLine]) -> float:
     """Return the length of lines."""
     return sum(line.length for line in lines)
 
@@ -194,15 +200,14 @@ def _laid(scene: Scene) -> Sharpened | None:
     except DivergedError as error:
         warn(f"the model stays smooth: {error}")
         return None
-    found = Sharpened(mesh, sided, [piece for path in paths for piece in path.pieces(creased)])
+    found = Sharpened(mesh, sided, [piece for path in paths for piece in path.pieces(creased)], _length(scene.lines))
     if not found.paths or tangled_vertices(mesh).any():
         warn("the model stays smooth: with the sharp edges of the data its faces would fold; more vertices may help")
         return None
-    if (share := _length(found.creases()) / _length(scene.lines)) < MOST:
-        if scene.edge < scene.resolution:  # then faces are small enough for what is sharp
-            warn(f"the model stays smooth: {1 - share:.0%} of what looks like sharp edges folds it or leaves the data")
-            return None
-        warn(f"only {share:.0%} of the sharp edges of the data are in the model: with others its faces would fold")
+    if found.share < MOST and scene.edge < scene.resolution:  # then faces are small enough for what is sharp
+        lost = 1 - found.share
+        warn(f"the model stays smooth: {lost:.0%} of what looks like sharp edges folds it or leaves the data")
+        return None
     return found
 
 

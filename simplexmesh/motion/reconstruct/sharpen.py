@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from simplexmesh._base.errors import warn
 from simplexmesh._base.progress import Progress
 from simplexmesh._base.vectors import cross, dot
 from simplexmesh.data.cutting.boolean import united
@@ -11,7 +14,7 @@ from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.mesh._kernels import component_labels
 from simplexmesh.mesh.contours import Contour, numbered
 from simplexmesh.mesh.manifold import half_edge_mates
-from simplexmesh.motion.creases.own import model_along
+from simplexmesh.motion.creases.own import model_along, sharp_edges
 from simplexmesh.motion.creases.sharpening import Sharpened, sharpened, sharpened_volume
 from simplexmesh.motion.model.state import mean_edge
 from simplexmesh.motion.reconstruct.inputs import Input, TrianglesInput
@@ -29,6 +32,9 @@ MOST_POINTS = 40_000
 
 STEEPEST = np.pi / 4
 """Steps of one voxel bend a labeled surface by up to as much at the rims of its flat terraces."""
+
+TOLD = 0.9
+"""Share of the length of the sharp edges below which a warning tells it: gaps at corners are shorter."""
 
 SAMPLES = 40_000
 """Points of the other bodies, besides their vertices, that tell whether one of them crosses the largest."""
@@ -104,11 +110,22 @@ def sharpen(run: Run) -> None:
         least = STEEPEST if volume else 0.0
         found = sharpened(run.mesh, points[rows], away[rows], target, least_angle=least)
     if found is not None:
-        _take(run, found, 0)
+        _take(run, replace(found, sought=_length_of(run.data) or found.sought), 0)
+
+
+def _length_of(data: Input) -> float:
+    """Return the length of the sharp edges of a closed body, which its triangles tell better than points on them."""
+    if not isinstance(data, TrianglesInput) or not data.oriented or data.leaves_bodies:
+        return 0.0
+    known = sharp_edges(data.source)
+    return sum(line.length for line in known.lines) if known is not None else 0.0
 
 
 def _take(run: Run, found: Sharpened, tangled: int) -> None:
-    """Make a model with creases that of a run; so many of its vertices are tangled."""
+    """Make a model with creases that of a run, and tell if many are missing; so many of its vertices are tangled."""
+    if found.share < TOLD:
+        held = f"only {found.share:.0%} of the sharp edges of the data are in the model"
+        warn(f"{held}; more vertices may hold the others")
     run.target, run.creases, run.tangled = found.target, found.creases(), tangled
     stale = dict.fromkeys(name for name in found.mesh.contours if name.startswith("crease_"))
     lines = [Contour(found.mesh, line.vertices, line.closed) for line in run.creases]

@@ -1,7 +1,5 @@
 """Models made along the sharp edges of closed triangles: exact on polyhedra, true to thin walls, bores and chamfers."""
 
-import warnings
-
 import manifold3d
 import numpy as np
 import pytest
@@ -70,16 +68,25 @@ def test_a_polyhedron_is_modeled_exactly(seed):
 @pytest.mark.parametrize("seed", [0, *nightly(11)])
 def test_where_steps_are_narrower_than_faces_only_those_leave_the_lines(seed):
     surface = random_blocks(seed)
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        found, tangled = made(surface, 1500)
+    found, tangled = made(surface, 1500)
     assert tangled == tangled_vertices(found.mesh).sum() <= 15
     assert found.mesh.volume == pytest.approx(surface.volume, rel=3e-3)
     true = sum(line.length for line in sm.feature_lines(surface).lines)
     kept = sum(line.length for line in found.creases()) / true
     assert 0.7 < kept < 1.001
-    told = [str(each.message) for each in caught]
-    assert [message[:8] for message in told] == [f"only {kept:.0%}"] * (kept < 0.95)
+    assert found.share == pytest.approx(kept)
+
+
+@pytest.mark.parametrize("vertices", [500, 800])
+def test_edges_that_a_model_has_no_room_for_are_told(vertices):
+    surface = random_blocks(0)
+    with pytest.warns(sm.SimplexMeshWarning, match="of the sharp edges of the data") as told:
+        model = sm.reconstruct(surface, vertices=vertices)
+    assert bool(model.history) == (vertices == 500)  # moved, as it could not be made along them
+    true = sum(line.length for line in sm.feature_lines(surface).lines)
+    kept = sum(line.length for line in model.creases) / true
+    assert 0.2 < kept < 0.9
+    assert f"only {kept:.0%} of" in str(told[0].message)
 
 
 def test_vertices_on_lines_are_joined_along_them_and_three_meet_at_corners():
