@@ -76,6 +76,13 @@ def refused(command: Callable[..., tuple[int, str, str]]) -> Callable[..., str]:
     return run
 
 
+@pytest.fixture
+def coarse_starts(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Find starts on grids of 48 cells along the longest side, not 128 to 256, except at night."""
+    if request.node.get_closest_marker("nightly") is None:
+        monkeypatch.setattr("simplexmesh.motion.start.from_points.FINEST", 48)
+
+
 @pytest.fixture(scope="session", autouse=True)
 def _kernels_write_to_nothing_read_only():
     """Check each kernel, at its first call with such types, for writing to arrays that were passed read-only."""

@@ -19,8 +19,18 @@ PAGES = [
     page for page in PAGES if page.name != "gallery.md" and "_build" not in page.parts
 ]  # that one is made of the demos
 SKIPPED = "<!-- not run"
-LONG = {"compare", "curvature", "guides", "measure", "operators", "print"}
-LONG |= {"coming", "features", "primitives", "recognition", "recognize", "reconstruction", "scans", "vertices"}
+LONG = {"compare", "contours", "curvature", "data", "guides", "measure", "operators", "print"}
+LONG |= {
+    "coming",
+    "features",
+    "primitives",
+    "recognition",
+    "recognize",
+    "reconstruction",
+    "scans",
+    "topology",
+    "vertices",
+}
 """Pages that run every night."""
 
 

@@ -8,6 +8,8 @@ import pytest
 import simplexmesh as sm
 from simplexmesh.cli.app import app
 
+pytestmark = pytest.mark.usefixtures("coarse_starts")
+
 BALL = sm.sphere(8)
 RING = sm.torus(24, 12)
 REBUILT = ("reconstruct", "--json", "--vertices", "100")

@@ -17,6 +17,8 @@ import simplexmesh as sm
 from simplexmesh.cli import app, info, report, view
 from tests.recognition.scans.test_register_all import views as views_of_a_body
 
+pytestmark = pytest.mark.usefixtures("coarse_starts")
+
 BALL = 5.0
 
 
@@ -190,7 +192,7 @@ class TestReconstruct:
             yield lambda fraction, message: shares.append(fraction)
 
         monkeypatch.setattr(report, "progress", watched)
-        scans, _ = views_of_a_body(3, np.random.default_rng(4), samples=4000)
+        scans, _ = views_of_a_body(3, np.random.default_rng(4), samples=1500)
         paths = [tmp_path / f"scan{k}.xyz" for k in range(3)]
         for path, scan in zip(paths, scans, strict=True):
             np.savetxt(path, scan - scan.mean(axis=0))

@@ -196,7 +196,7 @@ class TestReport:
 
 
 class TestPicture:
-    @pytest.mark.parametrize("show", ["mean", *nightly("gauss", "k1", "saliency"), "classes", "all"])
+    @pytest.mark.parametrize("show", ["mean", *nightly("gauss", "k1", "saliency", "classes"), "all"])
     def test_is_drawn(self, command, files, tmp_path, show):
         picture = tmp_path / "egg.png"
         code, _, err = command(

@@ -13,6 +13,7 @@ import pyvista as pv
 import simplexmesh as sm
 from simplexmesh.cli.report import ROWS
 from simplexmesh.surface.features.exporting import KINDS
+from tests.nightly.marks import nightly
 from tests.plot.test_features import slab
 
 CUBE = sm.divided(pv.Cube().triangulate().clean(), 0.1)
@@ -161,7 +162,7 @@ class TestBadInput:
             ("cube.vtp", ["--picture", "a.doc"], ["--picture must end with one of"]),
         ],
     )
-    @pytest.mark.parametrize("ending", [".vtp", ".stl"])
+    @pytest.mark.parametrize("ending", [".vtp", *nightly(".stl")])
     def test_is_told_in_one_sentence(self, refused, files, tmp_path, name, options, words, ending):
         err = refused(files / name, *options, "-o", tmp_path / f"out{ending}")
         assert all(word in err for word in words)

@@ -9,6 +9,9 @@ import pytest
 
 import simplexmesh as sm
 from simplexmesh.data.io.writing import FORMATS
+from tests.nightly.marks import nightly
+
+pytestmark = pytest.mark.usefixtures("coarse_starts")
 
 COMMANDS = {
     "reconstruct": ("--vertices", 40, "--creases", "none"),
@@ -46,9 +49,12 @@ def test_an_output_that_cannot_be_is_refused(refused, ball, tmp_path, name, outp
     assert words in refused(name, ball, *COMMANDS[name], "-o", tmp_path / output)
 
 
-@pytest.mark.parametrize("name", ["reconstruct", "decimate"])
-def test_models_are_written_in_every_format_of_surfaces_and_points(command, ball, tmp_path, name):
-    for ending in (each for each in FORMATS if each != ".e57"):  # which has no wheel on every platform
+@pytest.mark.parametrize(
+    ("name", "endings"),
+    [("reconstruct", (".vtp", ".stl", ".xyz")), ("decimate", FORMATS), *nightly(("reconstruct", FORMATS))],
+)
+def test_models_are_written_in_every_format_of_surfaces_and_points(command, ball, tmp_path, name, endings):
+    for ending in (each for each in endings if each != ".e57"):  # which has no wheel on every platform
         code, _, err = command(name, ball, *COMMANDS[name], "-o", tmp_path / f"out{ending}")
         assert code == 0, err
         assert len(sm.read_points(tmp_path / f"out{ending}").points) >= 40

@@ -9,6 +9,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 import simplexmesh as sm
 from simplexmesh.motion.reconstruct.result import with_data_of
 
+pytestmark = pytest.mark.usefixtures("coarse_starts")
+
 DENSE = sm.sphere(24).triangulated()
 SIDE = (DENSE.vertices[:, 0] > 0).astype(np.int32)
 COLORS = np.where(SIDE[:, None], [255, 0, 0], [0, 0, 255]).astype(np.uint8)

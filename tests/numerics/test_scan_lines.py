@@ -8,6 +8,7 @@ from scipy.spatial import cKDTree
 
 from simplexmesh.numerics.plane_fits import planes
 from simplexmesh.numerics.scan_lines import even, steps, without_piles
+from tests.nightly.marks import nightly
 
 
 def lines(gap, noise=0.0, *, up=False):
@@ -25,7 +26,7 @@ def test_points_hardly_on_lines_are_left_as_they_are(gap, noise):
     assert (steps(cKDTree(lines(gap, noise))) == 1).all()
 
 
-@pytest.mark.parametrize("up", [False, True])
+@pytest.mark.parametrize("up", [*nightly(False), True])
 @pytest.mark.parametrize(("gap", "noise"), [(5, 0), (10, 0.2), (10, 0.5), (25, 0.2), (25, 2), (50, 0), (50, 2)])
 def test_points_are_left_as_far_apart_along_lines_as_across(gap, noise, up):
     left = 1 / steps(cKDTree(lines(gap, noise, up=up)))

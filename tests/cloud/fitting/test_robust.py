@@ -16,7 +16,7 @@ every = pytest.mark.parametrize("kind", PRIMITIVES)
 
 
 @every
-@pytest.mark.parametrize("share", [0.0, *nightly(0.1), 0.3])
+@pytest.mark.parametrize("share", [*nightly(0.0, 0.1), 0.3])
 @pytest.mark.parametrize("seed", [0, *nightly(1)])
 def test_outliers_do_no_harm(kind, share, seed):
     """The points that are no outliers are as near as to their own least squares, within a tenth of the noise."""
@@ -67,7 +67,7 @@ def test_a_wall_is_not_followed(kind):
 
 
 @pytest.mark.parametrize("kept", [120, *nightly(160)])
-@pytest.mark.parametrize("draws", [1, *nightly(3), 10])
+@pytest.mark.parametrize("draws", [*nightly(1, 3), 10])
 @pytest.mark.parametrize(("kind", "size"), [("plane", 3), ("sphere", 4), ("cylinder", 3), ("cone", 4)])
 def test_subsets_find_a_primitive_as_often_as_one_has_no_outlier(kind, size, draws, kept, monkeypatch):
     """Protocol P12: 1 - (1 - p^q)^K, where p^q is the chance that q of the points, drawn at random, are all on it."""

@@ -42,6 +42,16 @@ def test_is_one_line_of_two_straights_that_meet(angle, seed):
     assert line.elements[0].deviations.end < 0.02
 
 
+@pytest.mark.parametrize("seed", [0, *nightly(1, 2, 3)])
+def test_straights_that_meet_in_a_ball_are_no_miter(seed):
+    points, _ = seen(90, seed)
+    ball = np.random.default_rng(seed).normal(size=(2500, 3))
+    ball *= 1.25 / np.linalg.norm(ball, axis=1)[:, None]
+    points = np.concatenate([points[np.linalg.norm(points, axis=1) > 1.25], ball])
+    line = sm.follow_pipe(points, pick=points[np.abs(points[:, 0] + 6).argmin()])
+    assert [element.kind for element in line.elements] == ["straight"]
+
+
 def test_distances_are_those_of_the_cylinder_on_the_same_side():
     points = np.random.default_rng(0).uniform([-6, -3, -3], [3, 6, 3], (4000, 3))
     before = points[:, 0] + points[:, 1] < 0

@@ -36,7 +36,7 @@ def branch(rng, radius, half):
 
 @pytest.mark.parametrize("half", [False, True])
 @pytest.mark.parametrize("radius", [1.0, 0.8])
-@pytest.mark.parametrize("seed", [1, 2, *nightly(0, 3)])
+@pytest.mark.parametrize("seed", [1, *nightly(0, 2, 3)])
 def test_a_branch_ends_at_its_run(seed, radius, half):
     points = branch(np.random.default_rng(seed), radius, half)
     line = sm.follow_pipe(points, pick=(0, -radius, 6))

@@ -34,7 +34,7 @@ def half_pipe(seed, gap, noise):
 @pytest.mark.parametrize("noise", [0.5, 1.0, 2.0])
 def test_beside_a_floor_the_radius_is_that_of_the_pipe(gap, noise):
     """Protocol P7; of 20 at the largest noise and the smallest gap one is not, of the thesis's 12 or 13."""
-    for seed in range(4):
+    for seed in range(2):
         points, pick = half_pipe(seed, gap, noise)
         assert beginning(cKDTree(points), pick, ANY, 5.0).around.radius == pytest.approx(50, rel=0.05)
 
@@ -88,9 +88,8 @@ def smooth_body(count):
     ("pick", "loose", "noise", "why"),
     [
         (7, 0.05, 0.003, "no cylinder fits"),
-        (7, 0.05, np.inf, "no cylinder fits"),
         (9, np.inf, 0.003, "points deviate by"),
-        *nightly((22, 0.05, 0.003, "no cylinder fits")),
+        *nightly((7, 0.05, np.inf, "no cylinder fits"), (22, 0.05, 0.003, "no cylinder fits")),
     ],
 )
 def test_a_body_is_no_pipe_for_its_noise(pick, loose, noise, why):
@@ -135,7 +134,7 @@ def rack(seed, gap):
 @pytest.mark.parametrize("told", [False, True])
 @pytest.mark.parametrize("gap", [0.1, 0.2])
 def test_in_a_rack_the_next_pipe_takes_no_part(gap, told):
-    for seed in range(4):
+    for seed in range(2):
         points, picks, radius = rack(seed, gap)
         for pick in picks:
             begun = beginning(cKDTree(points), pick, (radius, radius) if told else ANY, 5.0)

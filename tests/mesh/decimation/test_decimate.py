@@ -18,7 +18,6 @@ from simplexmesh.mesh.decimation.vertex_bound import minimum_vertices
 from simplexmesh.mesh.duality import dual
 from tests.mesh.decimation.reference import shaken
 from tests.mesh.operators.test_editing import MESHES, complete
-from tests.nightly.marks import nightly
 
 names = st.sampled_from(["sphere", "torus", "two tori", "plane", "cylinder", "torus with holes"])
 parts = st.floats(0.2, 1.0)
@@ -197,7 +196,8 @@ def test_what_folds_before_does_not_fold_after():
 
 
 @pytest.mark.filterwarnings("ignore:triangles repaired")
-@pytest.mark.parametrize("vertices", [4000, *nightly(5000, 8000)])
+@pytest.mark.nightly
+@pytest.mark.parametrize("vertices", [4000, 5000, 8000])
 def test_thin_walls_of_a_head_are_left_without_folds(data_folder, vertices):
     volume = read_volume(data_folder / "head_ct.mhd")
     corners, faces, _, _ = marching_cubes(np.pad(np.asarray(volume.values, float), 1), 500)

@@ -142,19 +142,20 @@ def gear(teeth):
     return sm.TriangleMesh(np.vstack([rim, rim + up, 0 * up, up]), np.concatenate([np.stack(t, axis=1) for t in sides]))
 
 
-def test_a_gear_of_many_teeth_is_cut_and_opened_along_all_its_edges(monkeypatch):
+@pytest.mark.parametrize("teeth", [30, *nightly(150)])
+def test_a_gear_of_many_teeth_is_cut_and_opened_along_all_its_edges(monkeypatch, teeth):
     """Each part of a sliver was looked for among all slivers, and each line copied all places: minutes."""
     monkeypatch.setattr(Triangles, "closest", None)
-    network = sm.feature_lines(gear(150))
-    assert len(network.lines) == 12 * 150
+    network = sm.feature_lines(gear(teeth))
+    assert len(network.lines) == 12 * teeth
     fine = cut_along(network, 0.05)
     steps = np.diff(fine.surface.vertices[fine.ends[fine.sharp.ravel()]], axis=1)
     assert np.linalg.norm(steps, axis=2).sum() == pytest.approx(2 * sum(line.length for line in network.lines))
     whole = cut_along(network, 3.0)
     opened = OpenedTriangles(whole, whole.surface.vertices[whole.ends].mean(axis=1).reshape(-1, 3, 3))
-    assert len(opened.paths) == 12 * 150
+    assert len(opened.paths) == 12 * teeth
     assert (
-        opened.mesh().n_vertices == opened.count == whole.surface.n_faces + (2 * 12 + 8) * 150
+        opened.mesh().n_vertices == opened.count == whole.surface.n_faces + (2 * 12 + 8) * teeth
     )  # two an edge, and one a corner
 
 
@@ -181,6 +182,7 @@ def test_units_and_places_do_not_matter():
     assert other.volume * 1e9 == pytest.approx(one.volume, rel=1e-5)
 
 
+@pytest.mark.usefixtures("coarse_starts")
 def test_what_the_motion_is_told_is_not_left_out(monkeypatch):
     surface = triangles(cube(1, 1, 1))
     monkeypatch.setattr(pipeline, "sharpen", lambda run: None)

@@ -3,9 +3,11 @@
 import numpy as np
 
 import simplexmesh as sm
+from simplexmesh._base.vectors import normalized, tangents
 from simplexmesh.motion.creases import sides
 from simplexmesh.motion.creases.paths import Path
 from simplexmesh.motion.creases.sides import Sided
+from simplexmesh.motion.model.state import mean_edge
 
 
 def test_both_sides_of_a_thin_body_keep_their_data():
@@ -63,3 +65,23 @@ def test_a_target_of_some_vertices_is_that_of_all_at_these():
     some = sided.excerpt(rows).gap(moved[rows], ball.normals[rows], 0.3)
     np.testing.assert_array_equal(some, sided.gap(moved, ball.normals, 0.3)[rows])
     assert 0 < cap[rows].sum() < len(rows)
+
+
+def test_each_part_pulls_once_at_a_crease_however_many_faces_it_has_there():
+    """Vertices have three faces, of two parts: the edge of a double cone shrinks as two planes and bending balance."""
+    ball = sm.sphere(3)
+    pole = normalized(ball.vertices[next(face for face in ball.faces if len(face) == 5)].mean(axis=0))
+    x, y, height = np.stack([*tangents(pole), pole]) @ ball.vertices.T
+    angle, ring = np.arctan2(y, x), np.argsort(np.abs(height))[:30]
+    ring, height[ring] = ring[np.argsort(angle[ring])], 0
+    rng = np.random.default_rng(0)
+    cone, points = (
+        np.stack([(1 - np.abs(h)) * np.cos(a), (1 - np.abs(h)) * np.sin(a), h], axis=1)
+        for a, h in ((angle, height), (rng.uniform(0, 2 * np.pi, 8000), rng.uniform(-0.6, 0.6, 8000)))
+    )
+    mesh = ball.moved(cone)
+    path = Path(0, ring, cone[ring], closed=True)
+    sided = Sided(mesh, [path], points, sm.targets.Points(sm.PointCloud(points)), 0.05)
+    smooth = 3**4 * (2 - 2 * np.cos(2 * np.pi / 30)) ** 2
+    radius = np.hypot(*sided.met(mesh, [path], 3 * mean_edge(mesh))[ring, :2].T)
+    np.testing.assert_allclose(radius, 1 - smooth / (1 + smooth + sides.HELD), atol=0.005)

@@ -7,7 +7,9 @@ from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
 import simplexmesh as sm
-from simplexmesh.motion.model.untangle import excerpt
+from simplexmesh.motion.creases.paths import Path
+from simplexmesh.motion.creases.sides import Sided
+from simplexmesh.motion.model.untangle import Tangles, excerpt, untangled
 from simplexmesh.motion.topology.face_regions import dilated
 
 BALL = sm.sphere(12)
@@ -50,6 +52,21 @@ def test_vertices_on_creases_keep_their_marks():
     part, rows = excerpt(mesh, dilated(np.arange(mesh.n_vertices) == 100, mesh.neighbors, 4))
     assert part.n_vertices < mesh.n_vertices / 2
     assert_array_equal(part.data["crease"], mesh.data["crease"][rows])
+
+
+def test_untangling_fits_to_data_that_tells_vertices_by_their_number():
+    """As that beside creases does, which each vertex sees of its part alone."""
+    vertices = BALL.vertices.copy()
+    vertices[np.linalg.norm(vertices - [0, 0, 1], axis=1) < 0.1] += [0.3, 0, 0]
+    points = BALL.triangulated().sampled(8000, rng=0).points
+    edge = BALL.connectivity.edge_vertices[0].astype(np.int64)
+    path = Path(0, edge, BALL.vertices[edge], closed=False)
+    sided = Sided(BALL, [path], points, sm.targets.Points(sm.PointCloud(points)), 0.0)
+    tangles = Tangles(BALL.moved(vertices))
+    mended = untangled(tangles, sided, reach=0.5)
+    assert tangles.count > 0
+    assert mended.count == 0
+    assert np.abs(np.linalg.norm(mended.mesh.vertices, axis=1) - 1).max() < 0.01
 
 
 @pytest.mark.parametrize("mesh", [BALL, sm.cylinder(9, 5)])

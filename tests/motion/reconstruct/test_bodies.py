@@ -132,6 +132,7 @@ def test_walls_of_cavities_are_kept_with_all_components():
     assert turned.mesh.volume == pytest.approx(hollow.volume, rel=1e-6)
 
 
+@pytest.mark.nightly
 def test_a_round_cavity_is_kept_by_the_motion():
     outer, inner = sm.sphere(10).triangulated(), sm.sphere(10, radius=0.6, center=(0.1, 0, 0)).triangulated()
     faces = np.concatenate([outer.faces, inner.faces[:, ::-1] + outer.n_vertices])

@@ -12,7 +12,6 @@ from tests.nightly.marks import nightly
 
 pytestmark = pytest.mark.data
 
-NIGHTLY = ("ellipsoid.off", "torus.stl", "eight.off", "knot1.off", "spot.obj")
 CLOSED = {
     "ellipsoid.off": 0,
     "torus.stl": 1,
@@ -44,9 +43,8 @@ def assert_sound(model, genus):
     assert model.mesh.volume > 0
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.nightly] * (name in NIGHTLY)) for name in CLOSED]
-)
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", CLOSED)
 @pytest.mark.filterwarnings("ignore::simplexmesh._base.errors.SimplexMeshWarning")  # spot's texture seams are welded
 def test_closed_shapes_from_points_without_normals(data_folder, name):
     points = points_of(data_folder / name, seed=3)

@@ -15,6 +15,8 @@ import simplexmesh as sm
 from simplexmesh.motion.reconstruct.conversion import as_input, joined_scans, without_stray_points
 from tests.nightly.marks import nightly
 
+pytestmark = pytest.mark.usefixtures("coarse_starts")
+
 
 def ball_volume(radius=8.3, half=11, **place):
     axis = np.arange(-half, half + 1.0)

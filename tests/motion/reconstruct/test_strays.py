@@ -19,6 +19,8 @@ from simplexmesh.motion.reconstruct import pipeline, restore
 from simplexmesh.motion.reconstruct.restore import Strays, restored
 from simplexmesh.motion.topology.face_regions import dilated
 
+pytestmark = pytest.mark.usefixtures("coarse_starts")
+
 START = sm.sphere(16)
 EDGE = mean_edge(START)
 POINTS = sm.sphere(40).vertices

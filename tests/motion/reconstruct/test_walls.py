@@ -67,6 +67,7 @@ def test_a_thin_wall_of_points_is_not_averaged_in_silence(wall):
         sm.reconstruct(np.concatenate([around(1, 10_000, 0), around(1 - wall, 10_000, 1)]), vertices=1500)
 
 
+@pytest.mark.nightly
 def test_the_inner_wall_of_triangles_is_told():
     inner = sm.TriangleMesh(0.9 * BALL.vertices, BALL.faces[:, ::-1])
     both = sm.TriangleMesh(

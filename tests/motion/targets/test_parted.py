@@ -27,6 +27,7 @@ def test_each_vertex_sees_the_surface_of_its_part_alone():
     np.testing.assert_allclose(gaps, 0.003 * part, atol=0.0015)
     _, away = target.facing(part, at, 0.5)
     np.testing.assert_allclose(away, gaps, atol=0.001)
+    assert np.isnan(target.gap_to(part, at + 5 * UP, np.tile(UP, (300, 1)), np.inf)).all()  # or others would be seen
 
 
 def test_parts_are_fitted_as_alone():

@@ -24,6 +24,8 @@ from simplexmesh.numerics.plane_fits import fitted
 from tests.motion.targets import reference as reference
 from tests.nightly.marks import nightly
 
+pytestmark = pytest.mark.usefixtures("coarse_starts")
+
 FINE = sm.sphere(20).triangulated()
 
 
@@ -569,6 +571,7 @@ def test_open_scans_from_a_sphere(data_folder, name):
     assert cKDTree(ends).query(rim_points(model.mesh))[0].mean() < 0.003 * scan.diagonal
 
 
+@pytest.mark.nightly
 def test_the_scan_of_a_face_from_a_sphere(data_folder):
     """The example of the thesis: a sphere of 720 vertices, 1,700 in the end, one hole at the rim of the scan."""
     scan = sm.read(data_folder / "fran_face.vtk")

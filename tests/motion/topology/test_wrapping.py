@@ -176,6 +176,7 @@ def test_no_handles_where_points_show_none():
     assert not any(proposal.accepted for proposal in model.topology.handles)
 
 
+@pytest.mark.nightly
 def test_a_sphere_finds_the_narrow_tunnels_of_triangles():
     model = sm.reconstruct(block([(2, 2), (4, 2)], (5, 3)), init="sphere", vertices=1500, iterations=60, creases="none")
     assert model.mesh.genus == 2
@@ -247,6 +248,7 @@ class TestTubesCutOffAslant:
         assert np.abs(rim[:, 2] - ends).max() < 0.15
 
 
+@pytest.mark.nightly
 @pytest.mark.filterwarnings("ignore:a part of the motion ended early")
 @pytest.mark.filterwarnings("ignore:.* of the data is inside of the model")  # that the film spans
 def test_a_handle_refused_by_the_user_stays_a_film():

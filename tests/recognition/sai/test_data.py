@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import simplexmesh as sm
-from tests.nightly.marks import nightly
 from tests.recognition import reference as reference
 
 FILES = ("spot.obj", "lion_head.off", "elephant.off", "mannequin.off", "kitten.xyz")
@@ -22,7 +21,8 @@ def sampled(data, rng, count=20_000, noise=0.005):
 
 
 @pytest.mark.filterwarnings("ignore:.* of the data is far from the sphere")  # the legs of the elephant
-@pytest.mark.parametrize("name", [FILES[0], *nightly(*FILES[1:])])
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", FILES)
 def test_turned_and_sampled_anew_they_are_found_to_a_degree(data_folder, name):
     data = sm.read(data_folder / name)
     rng = np.random.default_rng(7)

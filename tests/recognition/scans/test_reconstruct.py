@@ -14,6 +14,8 @@ from simplexmesh.recognition.scans.reconstruct import posed_scans
 from tests.recognition import reference as reference
 from tests.recognition.scans.test_register_all import views
 
+pytestmark = pytest.mark.usefixtures("coarse_starts")
+
 
 @pytest.fixture(scope="module")
 def scans():

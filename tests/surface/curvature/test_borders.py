@@ -10,6 +10,7 @@ from simplexmesh.bench.truth import discretized
 from simplexmesh.bench.truth.graphs import graph
 from simplexmesh.bench.truth.noise import noisy
 from simplexmesh.surface.sampled_surface import as_sampled_surface
+from tests.nightly.marks import nightly
 
 
 def half_torus():
@@ -76,7 +77,7 @@ class TestAccuracy:
 
 
 class TestError:
-    @pytest.mark.parametrize("noise", [0.003, 0.01, 0.1])
+    @pytest.mark.parametrize("noise", [0.003, *nightly(0.01), 0.1])
     @pytest.mark.parametrize("surface", [half_torus, square("trigonometric"), square("exponential"), half_ellipsoid])
     def test_matches_the_actual_one(self, surface, noise):
         made = surface()

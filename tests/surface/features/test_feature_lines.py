@@ -138,7 +138,7 @@ class TestClosedForms:
 
 
 class TestNothingSharp:
-    @pytest.mark.parametrize("noise", [0.0, 0.05, 0.1, 0.2])
+    @pytest.mark.parametrize("noise", [0.0, *nightly(0.05, 0.1), 0.2])
     @pytest.mark.parametrize(
         "body",
         [

@@ -48,7 +48,8 @@ def mean(attribute, kind, noise):
 
 
 @pytest.mark.parametrize(
-    ("noise", "precision", "recall"), [(0.0, 0.97, 0.97), (0.05, 0.97, 0.95), (0.1, 0.95, 0.92), (0.2, 0.9, 0.82)]
+    ("noise", "precision", "recall"),
+    [(0.0, 0.97, 0.97), *nightly((0.05, 0.97, 0.95)), (0.1, 0.95, 0.92), *nightly((0.2, 0.9, 0.82))],
 )
 @pytest.mark.parametrize("kind", ["scan", *nightly("aligned"), IRREGULAR])
 class TestWithNoise:
@@ -65,7 +66,7 @@ class TestWithNoise:
         assert np.mean(agree) > recall - 0.15
 
 
-@pytest.mark.parametrize("kind", ["aligned", IRREGULAR, "sliver", "scan"])
+@pytest.mark.parametrize("kind", [*nightly("aligned"), IRREGULAR, "sliver", "scan"])
 class TestWithout:
     @pytest.mark.parametrize("name", SEEDS)
     def test_every_line_closes_or_ends_at_others(self, kind, name):
@@ -88,7 +89,9 @@ def test_there_are_as_many_zones_as_patches(noise):
     assert sum(more) < 2
 
 
-@pytest.mark.parametrize(("noise", "off", "recall"), [(0.0, 1, 0.95), (0.05, 4, 0.95), (0.1, 5, 0.9), (0.2, 8, 0.7)])
+@pytest.mark.parametrize(
+    ("noise", "off", "recall"), [(0.0, 1, 0.95), *nightly((0.05, 4, 0.95)), (0.1, 5, 0.9), *nightly((0.2, 8, 0.7))]
+)
 @pytest.mark.parametrize("kind", ["aligned", "scan"])
 def test_right_angles_are_right(kind, noise, off, recall):
     given, network = found("plate", kind, noise)
@@ -124,7 +127,7 @@ def test_creases_of_simplified_scans_are_found(noise, kind):
     assert 0.7 < np.mean(zones) < 1.4
 
 
-@pytest.mark.parametrize("off", [0.05, 0.1])
+@pytest.mark.parametrize("off", [0.05, *nightly(0.1)])
 def test_bends_of_curved_faces_between_large_flat_ones_are_no_noise(off):
     """As files of CAD have them: nothing on planes but what triangles need, and many irregular ones on balls."""
     given = part("dome", "irregular")
@@ -133,7 +136,7 @@ def test_bends_of_curved_faces_between_large_flat_ones_are_no_noise(off):
     assert crease_score(paths(network), given).recall > 0.95
 
 
-@pytest.mark.parametrize("off", [0.02, 0.05])
+@pytest.mark.parametrize("off", [*nightly(0.02), 0.05])
 def test_facets_of_fillets_are_no_faces(off):
     """A cylinder rounded above, in triangles of which none is surrounded by others in its plane."""
     side = profile((0, 0), (1, 0), (1, 1), (0, 1), radii=[(2, 0.25)])
@@ -190,7 +193,7 @@ def test_noise_is_estimated(kind, noise):
 
 
 @pytest.mark.parametrize("kind", ["aligned", "sliver", "scan"])
-@pytest.mark.parametrize("radius", [0.25, 0.49])
+@pytest.mark.parametrize("radius", [*nightly(0.25), 0.49])
 def test_fillets_are_no_creases(kind, radius):
     side = profile((0, 0), (2, 0), (2, 1), (0, 1), radii=[(k, radius) for k in range(4)])
     slab = Reference("slab", [("+", Solid(side, 0.6, pose(axis=(1, 2, 3))))])
@@ -201,7 +204,7 @@ def test_fillets_are_no_creases(kind, radius):
 
 
 @pytest.mark.parametrize("kind", ["aligned", "scan"])
-@pytest.mark.parametrize("edges", [2.0, 2.5])
+@pytest.mark.parametrize("edges", [2.0, *nightly(2.5)])
 def test_small_fillets_are_no_creases_in_noise(kind, edges):
     """Windows as wide as noise asks for see past them, as if their two sides met in one line."""
     side = profile((0, 0), (2, 0), (2, 1), (0, 1), radii=[(k, 0.0665 * edges) for k in range(4)])
@@ -212,7 +215,7 @@ def test_small_fillets_are_no_creases_in_noise(kind, edges):
     assert found.recall > 0.95
 
 
-@pytest.mark.parametrize("name", ["bracket", "block", "crossing"])
+@pytest.mark.parametrize("name", ["bracket", *nightly("block", "crossing")])
 def test_lines_do_not_depend_on_numbers_nor_mirrors(name):
     mesh, rng = noisy(part(name, "scan"), 0.1).mesh, np.random.default_rng(0)
     shuffled = rng.permutation(mesh.n_vertices)

@@ -316,6 +316,7 @@ def test_triangles_that_crossed_before_are_no_reason_to_stop():
     assert {tuple(map(tuple, corners)) for corners in np.sort(crossing, axis=1).tolist()} <= known
 
 
+@pytest.mark.nightly
 def test_a_crumpled_surface_is_given_up_before_long(monkeypatch):
     times = []
     monkeypatch.setattr(simplifying, "_change", lambda *given: times.append(1) or _change(*given))

@@ -75,7 +75,7 @@ class TestKinds:
         assert zones.kinds == (kind,)
         assert zones.errors[0] > 0.01 if kind == "free form" else zones.errors[0] < 1e-6
 
-    @pytest.mark.parametrize("noise", [0.05, 0.1])
+    @pytest.mark.parametrize("noise", [*nightly(0.05), 0.1])
     @pytest.mark.parametrize(
         ("body", "kinds"),
         [
