@@ -33,8 +33,8 @@ MOST_FLIPS = 8
 MOSTLY = 0.9
 """Share of normals on which most floods agree with the right ones, of walls of three point spacings and more."""
 
-SURE = 0.15
-"""Spread of the indicator, whose jump is 1, below which the first normals are believed: 0.1 on thin noisy walls."""
+SURE = 0.12
+"""Spread of the indicator, whose jump is 1, below which normals are believed: 0.1 on thin noisy walls."""
 
 SCREEN, PRIOR = 1.5, 0.1
 """Of screening: its radius in cells, and the share of the usual density of points where it is halved, for outliers."""
@@ -229,7 +229,7 @@ def oriented_indicator(points: Array, found: Planes, cell: float) -> Indicator:
     walls cancel out; normals that point away from the centroid, for open containers that all floods enter; and, if
     they do not settle or most floods disagree, the flood least in doubt, for fins and gaps of few spacings. Then
     neighbors on the other side of walls are known, and normals are fitted again without them, and tunnels opened that
-    no flood entered.
+    no flood entered, if that leaves no doubt.
     """
     fine = Poisson.of(points, cell)
     floods = list(_floods(points, found.spacing))
@@ -250,7 +250,8 @@ def oriented_indicator(points: Array, found: Planes, cell: float) -> Indicator:
         if faults(best):
             tried.append(min(votes, key=lambda vote: doubt(Fixpoint(vote, fine.indicator(vote), settled=False))))
         best = min((best, *(fixpoint(fine, normals) for normals in tried)), key=doubt)
-    best = min(chain((best,), _turned(fine, found, best)), key=doubt)
+    turned = (each for each in _turned(fine, found, best) if doubt(each) < SURE)  # of fins it is .15, with wrong sides
+    best = min(chain((best,), turned), key=doubt)
     return fine.indicator(sided(points, normalized(-best.field.at(points)[1]), found.near))
 
 
