@@ -213,7 +213,7 @@ def test_handles_where_a_surface_crosses_itself_are_not_called_lost():
     u, v = np.arctan2(y, x), np.arctan2(z, np.hypot(x, y) - 1)
     dome = np.column_stack([0.5 * np.cos(u), 1.5 * np.cos(v) + 0.5 * np.sin(u), np.sin(v)])
     with pytest.warns(sm.SimplexMeshWarning, match=r"genus 1, the start of the model [2-9]: handles came about"):
-        as_input((dome, flat.faces)).start(800, None)
+        as_input((dome, flat.faces)).start(2000, None)
 
 
 @pytest.mark.filterwarnings("ignore::simplexmesh._base.errors.SimplexMeshWarning")  # the ball has no such handle
