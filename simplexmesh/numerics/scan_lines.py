@@ -101,11 +101,23 @@ def steps(tree: cKDTree) -> Indices:
         if not (_steps(tree, places) != 1)[_near(cKDTree(places), TOGETHER)].all(axis=1).any():
             return np.ones(tree.n, np.int64)
     places = points[tree.indices[::every]]
-    found, some = _steps(tree, places), cKDTree(places)
+    some = cKDTree(places)
+    found = _among_lines(tree, places, some, _steps(tree, places))
     agreed = np.median(found[_near(some, AGREEING)], axis=1).astype(np.int64)
     if (agreed == agreed[0]).all():
         return np.full(tree.n, agreed[0])
     return agreed[some.query(points, workers=-1)[1]]
+
+
+def _among_lines(tree: cKDTree, places: Array, some: cKDTree, found: Indices) -> Indices:
+    """Return the steps (m,) of places: 1 where most that the surface is through are on no lines, as beside a pipe."""
+    out = found.copy()
+    for step in np.unique(found[found > 1]):
+        at = np.flatnonzero(found == step)
+        beside = tree.query(places[at], k=np.minimum(1 + step * np.arange(COUNT // 2, COUNT), tree.n), workers=-1)[1]
+        own = found[some.query(np.asarray(tree.data)[beside], workers=-1)[1]]
+        out[at[(own == 1).mean(axis=1) >= 0.5]] = 1
+    return out
 
 
 def _near(tree: cKDTree, count: int) -> Indices:

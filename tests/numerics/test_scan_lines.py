@@ -69,6 +69,16 @@ def test_small_things_on_lines_are_found_in_a_large_cloud():
     assert (found[:188_000] == 1).mean() > 0.99
 
 
+@pytest.mark.parametrize("away", [0.2, 1])
+def test_a_thin_pipe_before_a_wall_is_no_line(away):
+    """It is as narrow as one, and with the wall it spans a surface, but what is beside it is on no lines."""
+    rng, n = np.random.default_rng(0), 1200
+    wall = np.column_stack([rng.uniform(0, 10, (40_000, 2)), np.zeros(40_000)])
+    around = rng.uniform(0, np.pi, n)
+    pipe = np.column_stack([rng.uniform(0, 10, n), 5 + 0.025 * np.cos(around), away + 0.025 * np.sin(around)])
+    assert (steps(cKDTree(np.concatenate([wall, pipe]))) == 1).all()
+
+
 @pytest.mark.parametrize("gap", [1, 25])
 def test_each_point_is_the_first_of_its_neighbors_and_the_others_are_even(gap):
     points = lines(gap)

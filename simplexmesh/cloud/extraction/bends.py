@@ -91,7 +91,7 @@ def between(work: Working, tree: cKDTree, found: list[Grown], pair: tuple[int, i
             return None
         about = about[:: -(-len(about) // (4 * FITTED))]
         chain = refined(chain, work.points[about], WITHIN * noise)
-    return judged(work, chain, every, pair, [one.primitive, other.primitive], noise, limits)
+    return judged(work, chain, every, pair, [one, other], noise, limits)
 
 
 def met(work: Working, one: Grown, other: Grown) -> tuple[Array, Array, float, float] | None:
@@ -131,18 +131,23 @@ def judged(
     chain: Chain,
     near: Indices,
     pair: tuple[int, int],
-    pipes: list[Primitive],
+    pipes: list[Grown],
     noise: float,
     limits: Limits,
 ) -> Bend | None:
-    """Return the bend of a chain if it says more of them than the pipes that go on straight."""
+    """Return the bend of a chain if it says more of them than the pipes that go on straight.
+
+    A pipe that has less than half of its points beside the bend is a piece of that.
+    """
     gain = gains(work, chain, near, noise)
     feet = chain.feet(work.points[near])
     inside = (feet.piece == 1) & (gain > 0)
     members = near[inside]
     if len(members) < limits.fewest / 2:
         return None
-    straight = np.maximum(*(gains(work, pipe, members, noise) for pipe in pipes))
+    if any(np.isin(pipe.members, members).mean() > 0.5 for pipe in pipes):
+        return None
+    straight = np.maximum(*(gains(work, pipe.primitive, members, noise) for pipe in pipes))
     new = float((gain[inside] - straight).sum())
     if new < 2 * DECISIVE:
         return None
