@@ -34,7 +34,6 @@ def elbow():
 def test_a_piece_of_a_bend_has_no_bends_to_the_pipes():
     points, along = elbow()
     work = working(points, NOISE, np.random.default_rng(0))
-    along = along[work.rows]
     one, other = Cylinder([-BEND, 0, 0], [0, 1, 0], RADIUS), Cylinder([0, BEND, 0], [1, 0, 0], RADIUS)
     piece = Cylinder([0, BEND + 0.01, 0], [1, 0.01, 0], 0.9 * RADIUS)  # of the last points of the bend
     parts = zip((one, other, piece), (along < 0, along > 1, np.abs(along - 0.9) < 0.1), strict=True)
