@@ -33,14 +33,17 @@ MOST_FLIPS = 8
 MOSTLY = 0.9
 """Share of normals on which most floods agree with the right ones, of walls of three point spacings and more."""
 
-SURE = 0.12
-"""Spread of the indicator, whose jump is 1, below which normals are believed: 0.1 on thin noisy walls."""
+SURE = 0.15
+"""Spread of the indicator, whose jump is 1, below which the first normals are believed: 0.1 on thin noisy walls."""
 
 SCREEN, PRIOR = 1.5, 0.1
 """Of screening: its radius in cells, and the share of the usual density of points where it is halved, for outliers."""
 
 BEYOND = 0.35
 """Magnitude of the indicator, whose jump is 1, where a side is wrong: edges have 0.3, filled tunnels up to 1."""
+
+MOST_BEYOND = 0.1
+"""Share of such sides above which none is turned: filled tunnels have up to 0.08, and more of fins became wrong."""
 
 PATIENCE, FEWER = 3, 0.9
 """Rounds in which wrong sides become fewer by this factor as tunnels open from their ends; those of noise stay."""
@@ -229,7 +232,7 @@ def oriented_indicator(points: Array, found: Planes, cell: float) -> Indicator:
     walls cancel out; normals that point away from the centroid, for open containers that all floods enter; and, if
     they do not settle or most floods disagree, the flood least in doubt, for fins and gaps of few spacings. Then
     neighbors on the other side of walls are known, and normals are fitted again without them, and tunnels opened that
-    no flood entered, if that leaves no doubt.
+    no flood entered.
     """
     fine = Poisson.of(points, cell)
     floods = list(_floods(points, found.spacing))
@@ -250,8 +253,7 @@ def oriented_indicator(points: Array, found: Planes, cell: float) -> Indicator:
         if faults(best):
             tried.append(min(votes, key=lambda vote: doubt(Fixpoint(vote, fine.indicator(vote), settled=False))))
         best = min((best, *(fixpoint(fine, normals) for normals in tried)), key=doubt)
-    turned = (each for each in _turned(fine, found, best) if doubt(each) < SURE)  # of fins it is .15, with wrong sides
-    best = min(chain((best,), turned), key=doubt)
+    best = min(chain((best,), _turned(fine, found, best)), key=doubt)
     return fine.indicator(sided(points, normalized(-best.field.at(points)[1]), found.near))
 
 
@@ -265,6 +267,8 @@ def _turned(problem: Poisson, found: Planes, first: Fixpoint) -> Iterator[Fixpoi
         inward = field.at(problem.points)[1]
         beyond = np.abs(field.at(found.places)[0]) > BEYOND
         left.append(int(beyond.sum()))
+        if left[0] > MOST_BEYOND * len(beyond):
+            return
         before, lately = left[:-PATIENCE], left[-PATIENCE:]
         if not left[-1] or (before and min(lately) > FEWER * min(before)):
             return

@@ -151,12 +151,13 @@ class Confines:
 
 def warn_of_end(mesh: SimplexMesh, gaps: Array, released: Mask, reach: float) -> None:
     """Warn at the end of a motion of vertices that are folded, or left without data by folds, or far from all data."""
-    unseen = np.isnan(gaps)
+    unseen = np.isnan(gaps) & ~released
     if released.any():
         count = counted(int(released.sum()), "vertex is", "vertices are")
         warn(f"{count} folded, or off the data beside folds; a start nearer to the data, or more vertices, may help")
-    elif unseen.any():
-        seen = mesh.vertices[~unseen] + gaps[~unseen, None] * mesh.normals[~unseen]
+    if unseen.any():
+        on = ~np.isnan(gaps)
+        seen = mesh.vertices[on] + gaps[on, None] * mesh.normals[on]
         away = float(cKDTree(seen).query(mesh.vertices[unseen])[0].max()) if len(seen) else float("inf")
         if unseen.mean() > MOST_UNSEEN or away > max(FAR * mesh.diagonal, 2.0 * mean_edge(mesh)):
             said = f", and are up to {away:.3g} from what the others reach" if len(seen) else ""

@@ -144,10 +144,8 @@ def _warn_of_topology(run: Run, *, lid: bool) -> None:
     if run.surface is not None:
         messages.append(genus_message(run.surface, run.mesh, run.topology.handles))
     if run.tangled:
-        messages.append(
-            f"{run.tangled} vertices are on faces that are folded or cross others; more vertices or another start "
-            "may help"
-        )
+        count = counted(run.tangled, "vertex is", "vertices are")
+        messages.append(f"{count} on faces that are folded or cross others; more vertices or another start may help")
     for message in filter(None, messages):
         warn(message)
 

@@ -73,7 +73,7 @@ def test_a_branch_meets_its_run_exactly():
     assert apart(next(line for line in plant.lines if line.chain.radii[0] < 0.8), plant.lines[0]) < 1e-9
 
 
-@pytest.mark.parametrize("seeds", [[201], *nightly(range(200, 212))])
+@pytest.mark.parametrize("seeds", [[202], *nightly(range(200, 212))])
 def test_a_pipe_of_hardly_more_than_bends_is_found_from_these(seeds):
     """Its straights are too short to be found as cylinders; of twelve one that nearly meets itself is taken apart."""
     whole = []

@@ -71,6 +71,7 @@ def test_no_vertex_leaves_the_start_and_the_data(target, radius, center, **optio
 
 
 @pytest.mark.nightly
+@pytest.mark.filterwarnings("ignore:.* no data within reach")
 @pytest.mark.parametrize("options", [{}, {"rigidity": 6}, {"reach": 5.0}], ids=str)
 def test_a_sphere_around_a_body_with_limbs_lands_on_it(data_folder, options):
     with warnings.catch_warnings():
@@ -85,6 +86,16 @@ def test_a_sphere_around_a_body_with_limbs_lands_on_it(data_folder, options):
     assert distance.mean() < 0.02 * np.linalg.norm(np.ptp(target.bounds, axis=0))
     low, high = box(start, target, 0.0)
     assert ((model.mesh.vertices >= low) & (model.mesh.vertices <= high)).all()
+
+
+def test_vertices_without_data_are_told_beside_folds():
+    """Most of a ball that is beside the data."""
+    target = sm.targets.Triangles(sm.sphere(20).triangulated())
+    with pytest.warns(sm.SimplexMeshWarning) as told:
+        list(sm.DeformableModel(sm.sphere(12, radius=1.0, center=(1.5, 0, 0)), target).run(300))
+    assert len(told) == 2
+    assert "folded" in str(told[0].message)
+    assert float(str(told[1].message).split("%")[0]) > 50
 
 
 def test_where_nothing_folds_nothing_is_released():
