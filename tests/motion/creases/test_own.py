@@ -77,7 +77,7 @@ def test_where_steps_are_narrower_than_faces_only_those_leave_the_lines(seed):
     assert found.share == pytest.approx(kept)
 
 
-@pytest.mark.parametrize("vertices", [500, 800])
+@pytest.mark.parametrize("vertices", [800, *nightly(500)])
 def test_edges_that_a_model_has_no_room_for_are_told(vertices):
     surface = random_blocks(0)
     with pytest.warns(sm.SimplexMeshWarning, match="of the sharp edges of the data") as told:

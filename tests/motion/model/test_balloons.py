@@ -90,7 +90,7 @@ def test_a_sphere_around_a_body_with_limbs_lands_on_it(data_folder, options):
 
 def test_vertices_without_data_are_told_beside_folds():
     """Most of a ball that is beside the data."""
-    target = sm.targets.Triangles(sm.sphere(20).triangulated())
+    target = sm.targets.Triangles(sm.sphere(8).triangulated())
     with pytest.warns(sm.SimplexMeshWarning) as told:
         list(sm.DeformableModel(sm.sphere(12, radius=1.0, center=(1.5, 0, 0)), target).run(300))
     assert len(told) == 2
