@@ -26,18 +26,37 @@ def at_normal(surface, points, normals, i):
 
 
 @jit
-def fits(surface, points, normals, which):
-    """Return distances (m,) of some points from a surface, and cosines (m,) of the angles between their normals."""
-    distance, facing = np.empty(len(which)), np.empty(len(which))
+def distances(surface, points, which):
+    """Return distances (m,) of some points from a surface."""
+    out = np.empty(len(which))
     for k in range(len(which)):
-        distance[k], facing[k] = at_normal(surface, points, normals, which[k])
-    return distance, facing
+        out[k] = at_point(surface, points, which[k])[3]
+    return out
+
+
+@jit
+def around(surface, points, normals, near, free, members, band, aslant):
+    """Return how many neighbors of points, each as often as it is one, are free, and of those on a surface."""
+    state = np.zeros(len(points), np.int8)
+    left = close = 0
+    for i in members:
+        for j in near[i, 1:]:
+            if free[j]:
+                left += 1
+                if state[j] == 0:
+                    distance, facing = at_normal(surface, points, normals, j)
+                    state[j] = 1 if abs(distance) <= band and facing >= aslant else 2
+                close += state[j] == 1
+    return left, close
 
 
 @jit
 def flood(surface, points, normals, near, free, seeds, band, aslant):
-    """Return the free points (m,) within a distance of a surface and facing as it does, reached over neighbors."""
-    state = np.zeros(len(points), np.int8)
+    """Return the free points (m,) on a surface within a band and facing as it does, reached over neighbors; distances.
+
+    Points ascend.
+    """
+    state, off = np.zeros(len(points), np.int8), np.empty(len(points))
     out = np.empty(len(points), np.int64)
     tried, count, done = seeds, 0, 0
     while True:
@@ -45,13 +64,14 @@ def flood(surface, points, normals, near, free, seeds, band, aslant):
             if free[j] and state[j] == 0:
                 distance, facing = at_normal(surface, points, normals, j)
                 if abs(distance) <= band and facing >= aslant:
-                    state[j] = 1
+                    state[j], off[j] = 1, distance
                     out[count] = j
                     count += 1
                 else:
                     state[j] = 2
         if done == count:
-            return np.sort(out[:count])
+            members = np.flatnonzero(state == 1)
+            return members, off[members]
         tried, done = near[out[done]], done + 1
 
 

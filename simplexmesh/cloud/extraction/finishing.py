@@ -35,7 +35,7 @@ def _labeled(work: Working, state: Parts, points: Array, tree: cKDTree) -> Indic
         at = np.flatnonzero(votes > 1)
         for point, way in halves[k]:
             at = at[(points[at] - point) @ way >= 0]
-        distance = _kernels_growth.fits(primitive._surface, points, points, at)[0]
+        distance = _kernels_growth.distances(primitive._surface, points, at)
         noise = state.noises[k]
         cost = (distance / noise) ** 2 / 2 + np.log(noise / work.noise) - 2 * PULL * votes[at]
         at, cost = at[cost < best[at]], cost[cost < best[at]]

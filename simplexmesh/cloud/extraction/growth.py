@@ -55,16 +55,16 @@ class Grown:
     evidence: float
 
 
-def fits(work: Working, primitive: Primitive, which: Indices) -> tuple[Array, Array]:
-    """Return the distances (m,) of some points, and the cosines (m,) of the angles between normals."""
-    found: tuple[Array, Array] = _kernels_growth.fits(primitive._surface, work.points, work.normals, which)
+def distances(work: Working, primitive: Primitive, which: Indices) -> Array:
+    """Return the distances (m,) of some points."""
+    found: Array = _kernels_growth.distances(primitive._surface, work.points, which)
     return found
 
 
-def connected(work: Working, primitive: Primitive, free: Mask, seeds: Indices, band: float) -> Indices:
-    """Return the free points within a distance of a primitive, with like normals, connected with seeds."""
+def connected(work: Working, primitive: Primitive, free: Mask, seeds: Indices, band: float) -> tuple[Indices, Array]:
+    """Return the free points near a primitive, with like normals, connected with seeds, and their distances (m,)."""
     among = (work.points, work.normals, work.near, free)
-    found: Indices = _kernels_growth.flood(primitive._surface, *among, seeds, band, ASLANT)
+    found: tuple[Indices, Array] = _kernels_growth.flood(primitive._surface, *among, seeds, band, ASLANT)
     return found
 
 
@@ -72,23 +72,22 @@ def grown_once(work: Working, primitive: Primitive, free: Mask, seeds: Indices) 
     """Return the points on a primitive that are connected with seeds; the noise is raised to that which they show."""
     noise, limit = work.noise, UNEVEN
     while True:
-        members = connected(work, primitive, free, seeds, WITHIN * noise)
-        shown = deviation(work, primitive, members)
+        members, off = connected(work, primitive, free, seeds, WITHIN * noise)
+        shown = deviation(off)
         if shown <= limit * noise or noise >= COARSEST * work.noise or len(members) < LEAST:
-            return Grown(primitive, members, noise, evidence(work, primitive, members, noise))
+            return Grown(primitive, members, noise, evidence(work, primitive, off, noise))
         noise, limit = min(shown, COARSEST * work.noise), SETTLED
 
 
-def deviation(work: Working, primitive: Primitive, members: Indices) -> float:
-    """Return the root mean square distance of points."""
-    return float(np.sqrt(np.mean(fits(work, primitive, members)[0] ** 2))) if len(members) else 0.0
+def deviation(off: Array) -> float:
+    """Return the root mean square of distances."""
+    return float(np.sqrt(np.mean(off**2))) if len(off) else 0.0
 
 
-def evidence(work: Working, primitive: Primitive, members: Indices, noise: float) -> float:
-    """Return how much more likely points are on a primitive than outliers, less what its parameters are worth."""
-    distance = fits(work, primitive, members)[0] / noise
-    gain = float((WITHIN**2 - distance**2).sum()) / 2 - len(members) * float(np.log(noise / work.noise))
-    return gain - 0.5 * primitive.n_parameters * float(np.log(max(len(members), 2)))
+def evidence(work: Working, primitive: Primitive, off: Array, noise: float) -> float:
+    """Return how much more likely distances are of a primitive than outliers, less what its parameters are worth."""
+    gain = float((WITHIN**2 - (off / noise) ** 2).sum()) / 2 - len(off) * float(np.log(noise / work.noise))
+    return gain - 0.5 * primitive.n_parameters * float(np.log(max(len(off), 2)))
 
 
 def grown(
@@ -99,7 +98,7 @@ def grown(
     for _ in range(ROUNDS):
         if len(best.members) < 8:
             break
-        wide = connected(work, best.primitive, free, best.members, WIDE * best.noise)
+        wide = connected(work, best.primitive, free, best.members, WIDE * best.noise)[0]
         tried = [grown_once(work, each, free, best.members) for each in candidates(work, best, wide, limits, rng)]
         before = best
         for each in tried:

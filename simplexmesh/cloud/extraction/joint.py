@@ -11,7 +11,7 @@ from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.cloud.extraction._kernels_growth import settle
 from simplexmesh.cloud.extraction.bends import Bend, Run, proposed, runs
-from simplexmesh.cloud.extraction.growth import DECISIVE, ROUNDS, Grown, fits
+from simplexmesh.cloud.extraction.growth import DECISIVE, ROUNDS, Grown, distances
 from simplexmesh.cloud.extraction.patches import Limits
 from simplexmesh.cloud.extraction.working import Working
 from simplexmesh.cloud.fitting.refine import WITHIN
@@ -99,7 +99,7 @@ def costs(work: Working, state: Parts) -> Array:
     halves = half_spaces(state)
     everywhere = np.arange(len(work.points))
     for k, primitive in enumerate(state.primitives):
-        distance, noise = fits(work, primitive, everywhere)[0], state.noises[k]
+        distance, noise = distances(work, primitive, everywhere), state.noises[k]
         at = np.flatnonzero(np.abs(distance) <= REACH * noise)
         for point, way in halves[k]:
             at = at[(work.points[at] - point) @ way >= 0]
@@ -175,16 +175,16 @@ def wave_of(work: Working, state: Parts, part: int, others: Indices) -> int | No
         return None
     whole = int(np.bincount(around).argmax())
     rows = np.flatnonzero(state.labels == whole)
-    offset, distances = (fits(work, state.primitives[whole], some)[0] for some in (mine, rows))
+    offset, off = (distances(work, state.primitives[whole], some) for some in (mine, rows))
     limit = np.mean(offset**2) / REACH**2
-    if len(rows) <= len(mine) or limit > np.mean(distances**2):
+    if len(rows) <= len(mine) or limit > np.mean(off**2):
         return None
     feet = state.primitives[whole].projected(work.points[rows])  # else a cell may have one side of it only
     places = (feet - feet.mean(axis=0)) / (work.spacing * np.sqrt(len(mine)))
     bend = _quadric_terms(places / max(float(np.abs(places).max()), 1e-300))
-    distances = distances - bend @ np.linalg.lstsq(bend, distances, rcond=None)[0]
+    off = off - bend @ np.linalg.lstsq(bend, off, rcond=None)[0]
     cell = np.unique(np.floor(places), axis=0, return_inverse=True)[1].ravel()
-    waves = (np.bincount(cell, distances) / np.bincount(cell))[cell]
+    waves = (np.bincount(cell, off) / np.bincount(cell))[cell]
     return whole if limit <= np.mean(waves**2) else None
 
 
