@@ -27,6 +27,9 @@ REACH = 4.5
 OWN = 0.15
 """Share of a primitive's evidence that no other one has; with less it is superfluous."""
 
+SINGULAR, ROUNDING = 1e-12, 1e-6
+"""Share of the squared length of terms, and of the size of a primitive: less is rounding."""
+
 PULL = 0.2
 """Of each neighbor of the same label: all sixteen bring in points that are up to four deviations away."""
 
@@ -180,10 +183,13 @@ def wave_of(work: Working, state: Parts, part: int, others: Indices) -> int | No
     if len(rows) <= len(mine) or limit > np.mean(off**2):
         return None
     feet = state.primitives[whole].projected(work.points[rows])  # else a cell may have one side of it only
-    places = (feet - feet.mean(axis=0)) / (work.spacing * np.sqrt(len(mine)))
-    bend = _quadric_terms(places / max(float(np.abs(places).max()), 1e-300))
-    off = off - bend @ np.linalg.lstsq(bend, off, rcond=None)[0]
-    cell = np.unique(np.floor(places), axis=0, return_inverse=True)[1].ravel()
+    places = feet - feet.mean(axis=0)
+    size = max(float(np.abs(places).max()), 1e-300)
+    bend = _quadric_terms(places / size)
+    off = off - bend @ np.linalg.lstsq(bend.T @ bend, bend.T @ off, rcond=SINGULAR)[0]
+    number = np.floor(places / max(work.spacing * np.sqrt(len(mine)), ROUNDING * size)).astype(np.int64)
+    number -= number.min(axis=0)
+    cell = np.unique(np.ravel_multi_index(tuple(number.T), number.max(axis=0) + 1), return_inverse=True)[1]
     waves = (np.bincount(cell, off) / np.bincount(cell))[cell]
     return whole if limit <= np.mean(waves**2) else None
 
