@@ -72,12 +72,10 @@ def together(work: Working, found: list[Grown], limits: Limits) -> Parts:
     for run in joined:
         put(state, run)
     for _ in range(ROUNDS):
-        settled(work, state)
-        state = without_superfluous(work, state, limits)
+        state = without_superfluous(work, state, limits, settled(work, state))
         settled(work, state)
         refit(work.points, state)
-    settled(work, state)
-    return without_superfluous(work, state, limits)
+    return without_superfluous(work, state, limits, settled(work, state))
 
 
 def noise_of(bend: Bend, labels: Indices, found: list[Grown]) -> float:
@@ -125,17 +123,18 @@ def half_spaces(state: Parts) -> list[list[tuple[Array, Array]]]:
     return out
 
 
-def settled(work: Working, state: Parts) -> None:
-    """Let points take the labels of least cost, as those about them do."""
+def settled(work: Working, state: Parts) -> Array:
+    """Let points take the labels of least cost, as those about them do; return the costs (n, m)."""
     cost = costs(work, state)
     for _ in range(ROUNDS):
         if settle(work.beside, cost, NONE, PULL, state.labels) < 1e-3 * len(work.points):
             break
+    return cost
 
 
-def without_superfluous(work: Working, state: Parts, limits: Limits) -> Parts:
+def without_superfluous(work: Working, state: Parts, limits: Limits, cost: Array) -> Parts:
     """Return the state without primitives that have too few points, or whose points others explain as well."""
-    cost = np.minimum(costs(work, state), NONE)
+    np.minimum(cost, NONE, out=cost)
     sizes = [len(each) for each in state.members()]
     kept = np.ones(len(state.primitives), bool)
     bound = {k for bend in state.bends for k in (bend.first, bend.second)} | set(

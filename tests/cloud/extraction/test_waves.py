@@ -47,7 +47,8 @@ def test_what_joined_a_wave_goes_where_that_one_goes(monkeypatch):
     labels = 1 * (work.points[:, 0] < 0.4) + 1 * (work.points[:, 0] < 0.1)
     planes, limits = [sm.primitives.Plane((0, 0, 0), (0, 0, 1))] * 3, Limits(("plane",), (0.0, np.inf), 20)
     monkeypatch.setattr(joint, "wave_of", lambda work, state, part, others: part - 1 if part else None)
-    kept = joint.without_superfluous(work, Parts(planes, [], labels, [NOISE] * 3), limits)
+    state = Parts(planes, [], labels, [NOISE] * 3)
+    kept = joint.without_superfluous(work, state, limits, joint.costs(work, state))
     assert len(kept.primitives) == 1
     assert (kept.labels == 0).all()
 
