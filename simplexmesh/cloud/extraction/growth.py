@@ -34,9 +34,10 @@ BETTER = 0.02
 """... and its least share, as the noise is not known exactly."""
 
 
-FLAT = 0.5
-"""Deviation, in that of the noise, of the feet of points from a plane below which none is told from it: that of an arc
-is 0.3 of its height, so its height is less than the band of one deviation on both sides."""
+FLAT = 2.0
+"""Deviation of the feet of points from a plane, in that of means of neighbors from their surface, below which none is
+told from it: such means of independent noise are a quarter of it, those of depth cameras, alike side by side, as large.
+"""
 
 UNEVEN = 1.25
 """Noise shown by points within three deviations, in these, above which their noise is larger than it was taken for."""
@@ -110,15 +111,19 @@ def grown(
 
 
 def is_flat(work: Working, found: Grown) -> bool:
-    """Return whether a primitive that is no plane bends less over its points than their noise.
+    """Return whether a primitive that is no plane bends less over its points than the waves of their noise.
 
     Least squares of a plate are of a wide cylinder, however many points there are, where sides are seen at its edges.
     """
-    some = found.members[:: -(-len(found.members) // FITTED)]
-    if found.primitive.kind == "plane" or found.noise > work.noise or len(some) < LEAST:
+    some = found.members[:: max(len(found.members) // FITTED, 1)]
+    if found.primitive.kind == "plane" or len(some) < LEAST:
         return False
     feet = found.primitive.projected(work.points[some])
-    return bool(np.linalg.eigvalsh(np.cov(feet.T))[0] < (FLAT * work.noise) ** 2)
+    near = work.near[some]
+    within = np.isin(near, found.members)
+    off = distances(work, found.primitive, near.ravel()).reshape(near.shape)
+    waves = (off * within).sum(axis=1) / within.sum(axis=1)
+    return bool(np.linalg.eigvalsh(np.cov(feet.T))[0] < FLAT**2 * np.mean(waves**2))
 
 
 def flattened(work: Working, found: Grown, free: Mask) -> Grown:
@@ -127,7 +132,7 @@ def flattened(work: Working, found: Grown, free: Mask) -> Grown:
     plane = fit("plane", points, normals)
     if plane is None:
         return found
-    return grown_once(work, refined(plane, points, WITHIN * work.noise), free, found.members)
+    return grown_once(work, refined(plane, points, WITHIN * found.noise), free, found.members)
 
 
 def margin(work: Working, one: Grown, other: Grown) -> float:
