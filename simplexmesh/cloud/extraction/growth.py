@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import norm
 from simplexmesh.cloud.extraction import _kernels_growth
 from simplexmesh.cloud.extraction.patches import AFTER, COARSEST, LEAST, Limits, fit, refined
-from simplexmesh.cloud.extraction.working import Working
+from simplexmesh.cloud.extraction.working import NEIGHBORS, Working
 from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.cloud.fitting.starts import tapered
 from simplexmesh.data.primitives import Cylinder, Primitive
@@ -115,14 +116,12 @@ def is_flat(work: Working, found: Grown) -> bool:
 
     Least squares of a plate are of a wide cylinder, however many points there are, where sides are seen at its edges.
     """
-    some = found.members[:: max(len(found.members) // FITTED, 1)]
+    some = found.members[:: max(len(found.members) // (FITTED * NEIGHBORS), 1)]
     if found.primitive.kind == "plane" or len(some) < LEAST:
         return False
-    feet = found.primitive.projected(work.points[some])
-    near = work.near[some]
-    within = np.isin(near, found.members)
-    off = distances(work, found.primitive, near.ravel()).reshape(near.shape)
-    waves = (off * within).sum(axis=1) / within.sum(axis=1)
+    feet = found.primitive.projected(work.points[some])  # as near points are about as far off, if noise is large
+    near = cKDTree(feet).query(feet[:: max(len(some) // FITTED, 1)], k=NEIGHBORS, workers=-1)[1]
+    waves = distances(work, found.primitive, some)[near].mean(axis=1)
     return bool(np.linalg.eigvalsh(np.cov(feet.T))[0] < FLAT**2 * np.mean(waves**2))
 
 
