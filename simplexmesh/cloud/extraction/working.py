@@ -76,7 +76,7 @@ def working(points: Array, noise: float | None, rng: np.random.Generator) -> Wor
     fine = deviation < FINE * spacing
     wide = near[:, : NEIGHBORS // 2] if fine else near
     normals, variance, _ = fitted(points, wide)
-    spread = np.mean(np.square(points[wide] - points[:, None]).sum(axis=2), axis=1)
+    spread = np.mean(distance[:, : wide.shape[1]] ** 2, axis=1)
     smooth = variance <= FLAT * spread
     reach = distance[:, -1]
     beside = np.where(distance <= reach[near], near, -1)
