@@ -70,7 +70,8 @@ def working(points: Array, noise: float | None, rng: np.random.Generator) -> Wor
     points = points[scan_lines.thinned(points, steps)]
     tree = cKDTree(points)
     count = min(NEIGHBORS, len(points))
-    distance, near = tree.query(points, k=count, workers=-1)
+    rows, distance, near = tree.indices, np.empty((len(points), count)), np.empty((len(points), count), np.int64)
+    distance[rows], near[rows] = tree.query(points[rows], k=count, workers=-1)
     spacing = spacing_within(distance[:, -1], count)
     deviation = noise if noise is not None else max(measured_noise(points, tree, rng), FLOOR * spacing)
     fine = deviation < FINE * spacing
