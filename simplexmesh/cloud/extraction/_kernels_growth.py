@@ -35,13 +35,14 @@ def distances(surface, points, which):
 
 
 @jit
-def around(surface, points, normals, near, free, members, band, aslant):
+def around(surface, graph, free, members, band, aslant):
     """Return how many neighbors of points, each as often as it is one, are free, and of those on a surface."""
+    points, normals, near, rows, places = graph
     state = np.zeros(len(points), np.int8)
     left = close = 0
     for i in members:
-        for j in near[i, 1:]:
-            if free[j]:
+        for j in near[places[i], 1:]:
+            if free[rows[j]]:
                 left += 1
                 if state[j] == 0:
                     distance, facing = at_normal(surface, points, normals, j)
@@ -51,26 +52,27 @@ def around(surface, points, normals, near, free, members, band, aslant):
 
 
 @jit
-def flood(surface, points, normals, near, free, seeds, band, aslant):
+def flood(surface, graph, free, seeds, band, aslant):
     """Return the free points (m,) on a surface within a band and facing as it does, reached over neighbors; distances.
 
     Points ascend.
     """
-    state, off = np.zeros(len(points), np.int8), np.empty(len(points))
+    points, normals, near, rows, places = graph
+    state, on, off = np.zeros(len(points), np.int8), np.zeros(len(points), np.bool_), np.empty(len(points))
     out = np.empty(len(points), np.int64)
-    tried, count, done = seeds, 0, 0
+    tried, count, done = places[seeds], 0, 0
     while True:
         for j in tried:
-            if free[j] and state[j] == 0:
+            if state[j] == 0 and free[rows[j]]:
                 distance, facing = at_normal(surface, points, normals, j)
                 if abs(distance) <= band and facing >= aslant:
-                    state[j], off[j] = 1, distance
+                    state[j], on[rows[j]], off[rows[j]] = 1, True, distance
                     out[count] = j
                     count += 1
                 else:
                     state[j] = 2
         if done == count:
-            members = np.flatnonzero(state == 1)
+            members = np.flatnonzero(on)
             return members, off[members]
         tried, done = near[out[done]], done + 1
 

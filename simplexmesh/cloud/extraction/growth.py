@@ -65,8 +65,7 @@ def distances(work: Working, primitive: Primitive, which: Indices) -> Array:
 
 def connected(work: Working, primitive: Primitive, free: Mask, seeds: Indices, band: float) -> tuple[Indices, Array]:
     """Return the free points near a primitive, with like normals, connected with seeds, and their distances (m,)."""
-    among = (work.points, work.normals, work.near, free)
-    found: tuple[Indices, Array] = _kernels_growth.flood(primitive._surface, *among, seeds, band, ASLANT)
+    found: tuple[Indices, Array] = _kernels_growth.flood(primitive._surface, work.graph, free, seeds, band, ASLANT)
     return found
 
 

@@ -105,8 +105,8 @@ def gathers(work: Working, found: Grown, alive: Mask) -> bool:
             return False
         if np.median(work.rough[found.members]) > found.noise:  # a bent surface is smooth all the same
             return False
-    among = (work.points, work.normals, work.near, alive, found.members)
-    left, close = _kernels_growth.around(found.primitive._surface, *among, WITHIN * found.noise, ASLANT)
+    among = (found.primitive._surface, work.graph, alive, found.members)
+    left, close = _kernels_growth.around(*among, WITHIN * found.noise, ASLANT)
     return bool(close >= TOGETHER * (len(found.members) * (work.near.shape[1] - 1) if uneven else left))
 
 

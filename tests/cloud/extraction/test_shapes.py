@@ -154,8 +154,7 @@ def test_kernels_tell_distances_and_angles_as_the_primitives_do(kind):
     np.testing.assert_allclose(distances(work, shape, members), distance[members], atol=1e-12)
     on = free & (np.abs(distance) <= 0.1) & (np.abs((gradient * work.normals).sum(axis=1)) >= ASLANT)
     about = work.near[members, 1:]
-    among = (work.points, work.normals, work.near, free, members)
-    assert around(shape._surface, *among, 0.1, ASLANT) == (free[about].sum(), on[about].sum())
+    assert around(shape._surface, work.graph, free, members, 0.1, ASLANT) == (free[about].sum(), on[about].sum())
     found, off = connected(work, shape, free, members, 0.1)
     assert on[found].all()
     np.testing.assert_allclose(off, distance[found], atol=1e-12)
