@@ -26,32 +26,54 @@ def at_normal(surface, points, normals, i):
 
 
 @jit
-def fits(surface, points, normals, which):
-    """Return distances (m,) of some points from a surface, and cosines (m,) of the angles between their normals."""
-    distance, facing = np.empty(len(which)), np.empty(len(which))
+def distances(surface, points, which):
+    """Return distances (m,) of some points from a surface."""
+    out = np.empty(len(which))
     for k in range(len(which)):
-        distance[k], facing[k] = at_normal(surface, points, normals, which[k])
-    return distance, facing
+        out[k] = at_point(surface, points, which[k])[3]
+    return out
 
 
 @jit
-def flood(surface, points, normals, near, free, seeds, band, aslant):
-    """Return the free points (m,) within a distance of a surface and facing as it does, reached over neighbors."""
+def around(surface, graph, free, members, band, aslant):
+    """Return how many neighbors of points, each as often as it is one, are free, and of those on a surface."""
+    points, normals, near, rows, places = graph
     state = np.zeros(len(points), np.int8)
+    left = close = 0
+    for i in members:
+        for j in near[places[i], 1:]:
+            if free[rows[j]]:
+                left += 1
+                if state[j] == 0:
+                    distance, facing = at_normal(surface, points, normals, j)
+                    state[j] = 1 if abs(distance) <= band and facing >= aslant else 2
+                close += state[j] == 1
+    return left, close
+
+
+@jit
+def flood(surface, graph, free, seeds, band, aslant):
+    """Return the free points (m,) on a surface within a band and facing as it does, reached over neighbors; distances.
+
+    Points ascend.
+    """
+    points, normals, near, rows, places = graph
+    state, on, off = np.zeros(len(points), np.int8), np.zeros(len(points), np.bool_), np.empty(len(points))
     out = np.empty(len(points), np.int64)
-    tried, count, done = seeds, 0, 0
+    tried, count, done = places[seeds], 0, 0
     while True:
         for j in tried:
-            if free[j] and state[j] == 0:
+            if state[j] == 0 and free[rows[j]]:
                 distance, facing = at_normal(surface, points, normals, j)
                 if abs(distance) <= band and facing >= aslant:
-                    state[j] = 1
+                    state[j], on[rows[j]], off[rows[j]] = 1, True, distance
                     out[count] = j
                     count += 1
                 else:
                     state[j] = 2
         if done == count:
-            return np.sort(out[:count])
+            members = np.flatnonzero(on)
+            return members, off[members]
         tried, done = near[out[done]], done + 1
 
 

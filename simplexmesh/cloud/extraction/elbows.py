@@ -15,6 +15,7 @@ from simplexmesh.cloud.extraction.growth import (
     WIDE,
     Grown,
     connected,
+    distances,
     evidence,
     grown,
     thinned,
@@ -56,7 +57,7 @@ def elbow_of(work: Working, piece: Grown, free: Mask, limits: Limits, rng: np.ra
     if torus is None:
         return None
     for band in (WIDE, WITHIN):
-        about = connected(work, torus, free, piece.members, band * piece.noise)
+        about = connected(work, torus, free, piece.members, band * piece.noise)[0]
         if len(about) < limits.fewest:
             return None
         torus = refined(torus, work.points[thinned(about, FITTED, rng)], WITHIN * piece.noise)
@@ -73,4 +74,5 @@ def is_bend(primitive: Primitive) -> bool:
 def without(work: Working, each: Grown, elbow: Grown) -> Grown:
     """Return a find without the points of an elbow."""
     left = np.setdiff1d(each.members, elbow.members)
-    return replace(each, members=left, evidence=max(evidence(work, each.primitive, left, each.noise), 0.0))
+    off = distances(work, each.primitive, left)
+    return replace(each, members=left, evidence=max(evidence(work, each.primitive, off, each.noise), 0.0))

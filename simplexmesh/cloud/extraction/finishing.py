@@ -27,15 +27,15 @@ def labeled(work: Working, state: Parts, points: Array) -> Indices:
 def _labeled(work: Working, state: Parts, points: Array, tree: cKDTree) -> Indices:
     """Return the labels (n,) of some points, by the tree of those that were looked at."""
     distance, near = tree.query(points, k=NEIGHBORS // 2, workers=-1)
-    near = np.where(distance <= work.reach[near], state.labels[near], -1)
+    near = np.where(distance <= work.reach[near], state.labels.astype(np.int16)[near], -1).T.copy()
     best, labels = np.full(len(points), NONE), np.full(len(points), -1)
     halves = half_spaces(state)
     for k, primitive in enumerate(state.primitives):
-        votes = (near == k).sum(axis=1)
+        votes = (near == k).sum(axis=0, dtype=np.int8)
         at = np.flatnonzero(votes > 1)
         for point, way in halves[k]:
             at = at[(points[at] - point) @ way >= 0]
-        distance = _kernels_growth.fits(primitive._surface, points, points, at)[0]
+        distance = _kernels_growth.distances(primitive._surface, points, at)
         noise = state.noises[k]
         cost = (distance / noise) ** 2 / 2 + np.log(noise / work.noise) - 2 * PULL * votes[at]
         at, cost = at[cost < best[at]], cost[cost < best[at]]

@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import norm
 from simplexmesh.cloud.extraction import _kernels_growth
 from simplexmesh.cloud.extraction.patches import AFTER, COARSEST, LEAST, Limits, fit, refined
-from simplexmesh.cloud.extraction.working import Working
+from simplexmesh.cloud.extraction.working import NEIGHBORS, Working
 from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.cloud.fitting.starts import tapered
 from simplexmesh.data.primitives import Cylinder, Primitive
@@ -34,9 +35,10 @@ BETTER = 0.02
 """... and its least share, as the noise is not known exactly."""
 
 
-FLAT = 0.5
-"""Deviation, in that of the noise, of the feet of points from a plane below which none is told from it: that of an arc
-is 0.3 of its height, so its height is less than the band of one deviation on both sides."""
+FLAT = 2.0
+"""Deviation of the feet of points from a plane, in that of means of neighbors from their surface, below which none is
+told from it: such means of independent noise are a quarter of it, those of depth cameras, alike side by side, as large.
+"""
 
 UNEVEN = 1.25
 """Noise shown by points within three deviations, in these, above which their noise is larger than it was taken for."""
@@ -55,16 +57,15 @@ class Grown:
     evidence: float
 
 
-def fits(work: Working, primitive: Primitive, which: Indices) -> tuple[Array, Array]:
-    """Return the distances (m,) of some points, and the cosines (m,) of the angles between normals."""
-    found: tuple[Array, Array] = _kernels_growth.fits(primitive._surface, work.points, work.normals, which)
+def distances(work: Working, primitive: Primitive, which: Indices) -> Array:
+    """Return the distances (m,) of some points."""
+    found: Array = _kernels_growth.distances(primitive._surface, work.points, which)
     return found
 
 
-def connected(work: Working, primitive: Primitive, free: Mask, seeds: Indices, band: float) -> Indices:
-    """Return the free points within a distance of a primitive, with like normals, connected with seeds."""
-    among = (work.points, work.normals, work.near, free)
-    found: Indices = _kernels_growth.flood(primitive._surface, *among, seeds, band, ASLANT)
+def connected(work: Working, primitive: Primitive, free: Mask, seeds: Indices, band: float) -> tuple[Indices, Array]:
+    """Return the free points near a primitive, with like normals, connected with seeds, and their distances (m,)."""
+    found: tuple[Indices, Array] = _kernels_growth.flood(primitive._surface, work.graph, free, seeds, band, ASLANT)
     return found
 
 
@@ -72,23 +73,22 @@ def grown_once(work: Working, primitive: Primitive, free: Mask, seeds: Indices) 
     """Return the points on a primitive that are connected with seeds; the noise is raised to that which they show."""
     noise, limit = work.noise, UNEVEN
     while True:
-        members = connected(work, primitive, free, seeds, WITHIN * noise)
-        shown = deviation(work, primitive, members)
+        members, off = connected(work, primitive, free, seeds, WITHIN * noise)
+        shown = deviation(off)
         if shown <= limit * noise or noise >= COARSEST * work.noise or len(members) < LEAST:
-            return Grown(primitive, members, noise, evidence(work, primitive, members, noise))
+            return Grown(primitive, members, noise, evidence(work, primitive, off, noise))
         noise, limit = min(shown, COARSEST * work.noise), SETTLED
 
 
-def deviation(work: Working, primitive: Primitive, members: Indices) -> float:
-    """Return the root mean square distance of points."""
-    return float(np.sqrt(np.mean(fits(work, primitive, members)[0] ** 2))) if len(members) else 0.0
+def deviation(off: Array) -> float:
+    """Return the root mean square of distances."""
+    return float(np.sqrt(np.mean(off**2))) if len(off) else 0.0
 
 
-def evidence(work: Working, primitive: Primitive, members: Indices, noise: float) -> float:
-    """Return how much more likely points are on a primitive than outliers, less what its parameters are worth."""
-    distance = fits(work, primitive, members)[0] / noise
-    gain = float((WITHIN**2 - distance**2).sum()) / 2 - len(members) * float(np.log(noise / work.noise))
-    return gain - 0.5 * primitive.n_parameters * float(np.log(max(len(members), 2)))
+def evidence(work: Working, primitive: Primitive, off: Array, noise: float) -> float:
+    """Return how much more likely distances are of a primitive than outliers, less what its parameters are worth."""
+    gain = float((WITHIN**2 - (off / noise) ** 2).sum()) / 2 - len(off) * float(np.log(noise / work.noise))
+    return gain - 0.5 * primitive.n_parameters * float(np.log(max(len(off), 2)))
 
 
 def grown(
@@ -99,7 +99,7 @@ def grown(
     for _ in range(ROUNDS):
         if len(best.members) < 8:
             break
-        wide = connected(work, best.primitive, free, best.members, WIDE * best.noise)
+        wide = connected(work, best.primitive, free, best.members, WIDE * best.noise)[0]
         tried = [grown_once(work, each, free, best.members) for each in candidates(work, best, wide, limits, rng)]
         before = best
         for each in tried:
@@ -111,15 +111,17 @@ def grown(
 
 
 def is_flat(work: Working, found: Grown) -> bool:
-    """Return whether a primitive that is no plane bends less over its points than their noise.
+    """Return whether a primitive that is no plane bends less over its points than the waves of their noise.
 
     Least squares of a plate are of a wide cylinder, however many points there are, where sides are seen at its edges.
     """
-    some = found.members[:: -(-len(found.members) // FITTED)]
-    if found.primitive.kind == "plane" or found.noise > work.noise or len(some) < LEAST:
+    some = found.members[:: max(len(found.members) // (FITTED * NEIGHBORS), 1)]
+    if found.primitive.kind == "plane" or len(some) < LEAST:
         return False
-    feet = found.primitive.projected(work.points[some])
-    return bool(np.linalg.eigvalsh(np.cov(feet.T))[0] < (FLAT * work.noise) ** 2)
+    feet = found.primitive.projected(work.points[some])  # as near points are about as far off, if noise is large
+    near = cKDTree(feet).query(feet[:: max(len(some) // FITTED, 1)], k=NEIGHBORS, workers=-1)[1]
+    waves = distances(work, found.primitive, some)[near].mean(axis=1)
+    return bool(np.linalg.eigvalsh(np.cov(feet.T))[0] < FLAT**2 * np.mean(waves**2))
 
 
 def flattened(work: Working, found: Grown, free: Mask) -> Grown:
@@ -128,7 +130,7 @@ def flattened(work: Working, found: Grown, free: Mask) -> Grown:
     plane = fit("plane", points, normals)
     if plane is None:
         return found
-    return grown_once(work, refined(plane, points, WITHIN * work.noise), free, found.members)
+    return grown_once(work, refined(plane, points, WITHIN * found.noise), free, found.members)
 
 
 def margin(work: Working, one: Grown, other: Grown) -> float:

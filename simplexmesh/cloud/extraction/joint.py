@@ -11,7 +11,7 @@ from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh._base.vectors import dot, norm
 from simplexmesh.cloud.extraction._kernels_growth import settle
 from simplexmesh.cloud.extraction.bends import Bend, Run, proposed, runs
-from simplexmesh.cloud.extraction.growth import DECISIVE, ROUNDS, Grown, fits
+from simplexmesh.cloud.extraction.growth import DECISIVE, ROUNDS, Grown, distances
 from simplexmesh.cloud.extraction.patches import Limits
 from simplexmesh.cloud.extraction.working import Working
 from simplexmesh.cloud.fitting.refine import WITHIN
@@ -26,6 +26,9 @@ REACH = 4.5
 
 OWN = 0.15
 """Share of a primitive's evidence that no other one has; with less it is superfluous."""
+
+SINGULAR, ROUNDING = 1e-12, 1e-6
+"""Share of the squared length of terms, and of the size of a primitive: less is rounding."""
 
 PULL = 0.2
 """Of each neighbor of the same label: all sixteen bring in points that are up to four deviations away."""
@@ -69,12 +72,10 @@ def together(work: Working, found: list[Grown], limits: Limits) -> Parts:
     for run in joined:
         put(state, run)
     for _ in range(ROUNDS):
-        settled(work, state)
-        state = without_superfluous(work, state, limits)
+        state = without_superfluous(work, state, limits, settled(work, state))
         settled(work, state)
         refit(work.points, state)
-    settled(work, state)
-    return without_superfluous(work, state, limits)
+    return without_superfluous(work, state, limits, settled(work, state))
 
 
 def noise_of(bend: Bend, labels: Indices, found: list[Grown]) -> float:
@@ -99,7 +100,7 @@ def costs(work: Working, state: Parts) -> Array:
     halves = half_spaces(state)
     everywhere = np.arange(len(work.points))
     for k, primitive in enumerate(state.primitives):
-        distance, noise = fits(work, primitive, everywhere)[0], state.noises[k]
+        distance, noise = distances(work, primitive, everywhere), state.noises[k]
         at = np.flatnonzero(np.abs(distance) <= REACH * noise)
         for point, way in halves[k]:
             at = at[(work.points[at] - point) @ way >= 0]
@@ -122,17 +123,18 @@ def half_spaces(state: Parts) -> list[list[tuple[Array, Array]]]:
     return out
 
 
-def settled(work: Working, state: Parts) -> None:
-    """Let points take the labels of least cost, as those about them do."""
+def settled(work: Working, state: Parts) -> Array:
+    """Let points take the labels of least cost, as those about them do; return the costs (n, m)."""
     cost = costs(work, state)
     for _ in range(ROUNDS):
         if settle(work.beside, cost, NONE, PULL, state.labels) < 1e-3 * len(work.points):
             break
+    return cost
 
 
-def without_superfluous(work: Working, state: Parts, limits: Limits) -> Parts:
+def without_superfluous(work: Working, state: Parts, limits: Limits, cost: Array) -> Parts:
     """Return the state without primitives that have too few points, or whose points others explain as well."""
-    cost = np.minimum(costs(work, state), NONE)
+    np.minimum(cost, NONE, out=cost)
     sizes = [len(each) for each in state.members()]
     kept = np.ones(len(state.primitives), bool)
     bound = {k for bend in state.bends for k in (bend.first, bend.second)} | set(
@@ -175,16 +177,19 @@ def wave_of(work: Working, state: Parts, part: int, others: Indices) -> int | No
         return None
     whole = int(np.bincount(around).argmax())
     rows = np.flatnonzero(state.labels == whole)
-    offset, distances = (fits(work, state.primitives[whole], some)[0] for some in (mine, rows))
+    offset, off = (distances(work, state.primitives[whole], some) for some in (mine, rows))
     limit = np.mean(offset**2) / REACH**2
-    if len(rows) <= len(mine) or limit > np.mean(distances**2):
+    if len(rows) <= len(mine) or limit > np.mean(off**2):
         return None
     feet = state.primitives[whole].projected(work.points[rows])  # else a cell may have one side of it only
-    places = (feet - feet.mean(axis=0)) / (work.spacing * np.sqrt(len(mine)))
-    bend = _quadric_terms(places / max(float(np.abs(places).max()), 1e-300))
-    distances = distances - bend @ np.linalg.lstsq(bend, distances, rcond=None)[0]
-    cell = np.unique(np.floor(places), axis=0, return_inverse=True)[1].ravel()
-    waves = (np.bincount(cell, distances) / np.bincount(cell))[cell]
+    places = feet - feet.mean(axis=0)
+    size = max(float(np.abs(places).max()), 1e-300)
+    bend = _quadric_terms(places / size)
+    off = off - bend @ np.linalg.lstsq(bend.T @ bend, bend.T @ off, rcond=SINGULAR)[0]
+    number = np.floor(places / max(work.spacing * np.sqrt(len(mine)), ROUNDING * size)).astype(np.int64)
+    number -= number.min(axis=0)
+    cell = np.unique(np.ravel_multi_index(tuple(number.T), number.max(axis=0) + 1), return_inverse=True)[1]
+    waves = (np.bincount(cell, off) / np.bincount(cell))[cell]
     return whole if limit <= np.mean(waves**2) else None
 
 

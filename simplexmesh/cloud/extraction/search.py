@@ -9,7 +9,8 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Indices, Mask
 from simplexmesh._base.progress import Progress, _silent
-from simplexmesh.cloud.extraction.growth import ASLANT, SETTLED, Grown, deviation, fits, grown, grown_once
+from simplexmesh.cloud.extraction import _kernels_growth
+from simplexmesh.cloud.extraction.growth import ASLANT, SETTLED, Grown, deviation, distances, grown, grown_once
 from simplexmesh.cloud.extraction.patches import DOUBLINGS, LEAST, Limits, patch
 from simplexmesh.cloud.extraction.working import Working
 from simplexmesh.cloud.fitting.refine import WITHIN
@@ -98,30 +99,23 @@ def piece_of(work: Working, found: Grown, alive: Mask, limits: Limits, rng: np.r
 
 def gathers(work: Working, found: Grown, alive: Mask) -> bool:
     """Return whether points gather about a primitive, as those of a volume do not."""
-    uneven = found.noise > work.noise
-    if uneven and deviation(work, found.primitive, found.members) > SETTLED * found.noise:
-        return False
-    if uneven and near_the_middle(work, found) < SPLIT:
-        return False
-    if uneven and np.median(work.rough[found.members]) > found.noise:  # a bent surface is smooth all the same
-        return False
-    about = work.near[found.members, 1:].ravel()
-    distance, facing = fits(work, found.primitive, about)
-    left = alive[about]
-    close = (np.abs(distance) <= WITHIN * found.noise) & (facing >= ASLANT) & left
-    return float(close.sum()) >= TOGETHER * (len(about) if uneven else float(left.sum()))
-
-
-def near_the_middle(work: Working, found: Grown) -> float:
-    """Return the share of the points of a find that are within half of its noise."""
-    return float((np.abs(fits(work, found.primitive, found.members)[0]) < found.noise / 2).mean())
+    if uneven := found.noise > work.noise:
+        off = np.abs(distances(work, found.primitive, found.members))
+        if deviation(off) > SETTLED * found.noise or (off < found.noise / 2).mean() < SPLIT:
+            return False
+        if np.median(work.rough[found.members]) > found.noise:  # a bent surface is smooth all the same
+            return False
+    among = (found.primitive._surface, work.graph, alive, found.members)
+    left, close = _kernels_growth.around(*among, WITHIN * found.noise, ASLANT)
+    return bool(close >= TOGETHER * (len(found.members) * (work.near.shape[1] - 1) if uneven else left))
 
 
 def taken(work: Working, found: Grown) -> Indices:
     """Return the points of a find, and what is as near to it about them, whatever the normals."""
-    about = np.unique(work.near[found.members])
-    close = np.abs(fits(work, found.primitive, about)[0]) <= WITHIN * found.noise
-    return about[close]
+    near = np.zeros(len(work.points), bool)
+    near[work.near[found.members]] = True
+    about = np.flatnonzero(near)
+    return about[np.abs(distances(work, found.primitive, about)) <= WITHIN * found.noise]
 
 
 def renewed(each: Grown, alive: Mask) -> Grown:

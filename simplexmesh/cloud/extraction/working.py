@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices, Mask
@@ -39,6 +41,16 @@ FLAT = 0.12
 """Of the mean squared distance of neighbors, their variance from a plane: above they are no surface, but a volume."""
 
 
+class Graph(NamedTuple):
+    """Points, normals and neighbors as a tree has them, so that what is close in space is so in memory."""
+
+    points: Array
+    normals: Array
+    near: NDArray[np.int32]
+    rows: Indices  # (n,) of each among the points
+    places: NDArray[np.int32]  # (n,) of each point here
+
+
 @dataclass(frozen=True, eq=False)
 class Working:
     """Points (n, 3) of unit size, neighbors (n, k), normals (n, 3), what is smooth, deviations from planes.
@@ -50,6 +62,7 @@ class Working:
 
     points: Array
     near: Indices
+    graph: Graph
     beside: Indices
     reach: Array
     normals: Array
@@ -70,17 +83,20 @@ def working(points: Array, noise: float | None, rng: np.random.Generator) -> Wor
     points = points[scan_lines.thinned(points, steps)]
     tree = cKDTree(points)
     count = min(NEIGHBORS, len(points))
-    distance, near = tree.query(points, k=count, workers=-1)
+    rows, distance, near = tree.indices, np.empty((len(points), count)), np.empty((len(points), count), np.int64)
+    distance[rows], near[rows] = tree.query(points[rows], k=count, workers=-1)
     spacing = spacing_within(distance[:, -1], count)
     deviation = noise if noise is not None else max(measured_noise(points, tree, rng), FLOOR * spacing)
     fine = deviation < FINE * spacing
     wide = near[:, : NEIGHBORS // 2] if fine else near
     normals, variance, _ = fitted(points, wide)
-    spread = np.mean(np.square(points[wide] - points[:, None]).sum(axis=2), axis=1)
+    spread = np.mean(distance[:, : wide.shape[1]] ** 2, axis=1)
     smooth = variance <= FLAT * spread
     reach = distance[:, -1]
     beside = np.where(distance <= reach[near], near, -1)
-    return Working(points, near, beside, reach, normals, smooth, np.sqrt(variance), spacing, deviation, fine)
+    places = np.argsort(rows).astype(np.int32)
+    graph = Graph(points[rows], normals[rows], places[near[rows]], rows, places)
+    return Working(points, near, graph, beside, reach, normals, smooth, np.sqrt(variance), spacing, deviation, fine)
 
 
 def measured_noise(points: Array, tree: cKDTree, rng: np.random.Generator) -> float:

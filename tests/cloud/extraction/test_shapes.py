@@ -7,8 +7,9 @@ import pytest
 from scipy.spatial import cKDTree
 
 import simplexmesh as sm
+from simplexmesh.cloud.extraction._kernels_growth import around
 from simplexmesh.cloud.extraction.elbows import elbow_of
-from simplexmesh.cloud.extraction.growth import Grown, connected, evidence, fits, grown
+from simplexmesh.cloud.extraction.growth import ASLANT, Grown, connected, distances, evidence, grown
 from simplexmesh.cloud.extraction.patches import Limits, fit, patch
 from simplexmesh.cloud.extraction.working import frequent, working
 from simplexmesh.cloud.fitting.selection import SURFACES
@@ -79,7 +80,7 @@ def test_elbows_are_no_wider_than_bends_are(ratio, bent):
     across = np.array([np.cos(4 / ratio), np.sin(4 / ratio), 0])
     straight = Cylinder(ratio * across, np.cross([0, 0, 1], across), 1.0)
     near = np.flatnonzero(abs(straight.distance(work.points)) < 0.1)
-    piece = Grown(straight, near, 0.05, evidence(work, straight, near, 0.05))
+    piece = Grown(straight, near, 0.05, evidence(work, straight, distances(work, straight, near), 0.05))
     found = elbow_of(work, piece, np.ones(3000, bool), limits, rng)
     assert bent == (found is not None and abs(found.primitive.radius - ratio) < 0.05 * ratio)
 
@@ -137,20 +138,26 @@ def test_a_cylinder_grows_into_the_cone_it_was_fitted_to(seed):
     points = points + rng.normal(0, 0.015, (count, 1)) * cone.gradient(points)
     strays = rng.uniform(points.min(axis=0) - 0.2, points.max(axis=0) + 0.2, (count, 3))
     work = working(np.concatenate([points, strays]), 0.015, rng)
-    around = fit("cylinder", work.points[:count], work.normals[:count])
+    pipe = fit("cylinder", work.points[:count], work.normals[:count])
     limits = Limits(SURFACES, (0.0, np.inf), 50)
-    found = grown(work, around, np.ones(2 * count, bool), np.arange(count), limits, rng).primitive
+    found = grown(work, pipe, np.ones(2 * count, bool), np.arange(count), limits, rng).primitive
     assert found.kind == "cone"
     assert found.half_angle == pytest.approx(0.22, abs=0.08)
 
 
 @pytest.mark.parametrize("kind", SHAPES)
-def test_kernel_tells_distances_and_angles_as_the_primitives_do(kind):
+def test_kernels_tell_distances_and_angles_as_the_primitives_do(kind):
     shape, points = made(kind, 500, noise=0.1)
-    work = working(points, 0.1, np.random.default_rng(0))
-    distance, facing = fits(work, shape, np.arange(len(work.points)))
-    np.testing.assert_allclose(distance, shape.distance(work.points), atol=1e-12)
-    np.testing.assert_allclose(facing, np.abs((shape.gradient(work.points) * work.normals).sum(axis=1)), atol=1e-12)
+    rng = np.random.default_rng(0)
+    work, free, members = working(points, 0.1, rng), rng.uniform(size=500) < 0.7, np.arange(100, 300)
+    distance, gradient = shape.measured(work.points)
+    np.testing.assert_allclose(distances(work, shape, members), distance[members], atol=1e-12)
+    on = free & (np.abs(distance) <= 0.1) & (np.abs((gradient * work.normals).sum(axis=1)) >= ASLANT)
+    about = work.near[members, 1:]
+    assert around(shape._surface, work.graph, free, members, 0.1, ASLANT) == (free[about].sum(), on[about].sum())
+    found, off = connected(work, shape, free, members, 0.1)
+    assert on[found].all()
+    np.testing.assert_allclose(off, distance[found], atol=1e-12)
 
 
 def test_connected_points_stop_at_gaps():
@@ -158,16 +165,16 @@ def test_connected_points_stop_at_gaps():
     left = np.column_stack([rng.uniform(0, 1, (1000, 2)), np.zeros(1000)])
     work = working(np.concatenate([left, left + np.array([3, 0, 0])]), 0.01, rng)
     free = np.ones(len(work.points), bool)
-    reached = connected(work, Plane([0, 0, 0], [0, 0, 1]), free, np.array([5]), 0.03)
+    reached = connected(work, Plane([0, 0, 0], [0, 0, 1]), free, np.array([5]), 0.03)[0]
     np.testing.assert_array_equal(reached, np.flatnonzero(work.points[:, 0] < 2))
-    assert not len(connected(work, Plane([0, 0, 1], [0, 0, 1]), free, np.array([5]), 0.03))
+    assert not len(connected(work, Plane([0, 0, 1], [0, 0, 1]), free, np.array([5]), 0.03)[0])
 
 
 def test_evidence_is_greatest_for_the_noise_there_is():
     shape, points = made("sphere", 2000, noise=0.02)
     work = working(points, 0.01, np.random.default_rng(0))
-    near = np.arange(len(work.points))
-    values = {noise: evidence(work, shape, near, noise) for noise in (0.01, 0.015, 0.02, 0.03, 0.04)}
+    off = shape.distance(work.points)
+    values = {noise: evidence(work, shape, off, noise) for noise in (0.01, 0.015, 0.02, 0.03, 0.04)}
     assert max(values, key=values.get) == 0.02
 
 
