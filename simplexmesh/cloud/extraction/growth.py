@@ -115,9 +115,9 @@ def is_flat(work: Working, found: Grown) -> bool:
 
     Least squares of a plate are of a wide cylinder, however many points there are, where sides are seen at its edges.
     """
-    some = found.members[:: -(-len(found.members) // FITTED)]
-    if found.primitive.kind == "plane" or found.noise > work.noise or len(some) < LEAST:
+    if found.primitive.kind == "plane" or found.noise > work.noise or len(found.members) < LEAST:
         return False
+    some = found.members[:: -(-len(found.members) // FITTED)]
     feet = found.primitive.projected(work.points[some])
     return bool(np.linalg.eigvalsh(np.cov(feet.T))[0] < (FLAT * work.noise) ** 2)
 
