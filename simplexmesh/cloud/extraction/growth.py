@@ -115,9 +115,9 @@ def is_flat(work: Working, found: Grown) -> bool:
 
     Least squares of a plate are of a wide cylinder, however many points there are, where sides are seen at its edges.
     """
-    some = found.members[:: max(len(found.members) // (FITTED * NEIGHBORS), 1)]
-    if found.primitive.kind == "plane" or len(some) < LEAST:
+    if found.primitive.kind == "plane" or len(found.members) < LEAST:
         return False
+    some = found.members[:: max(len(found.members) // (FITTED * NEIGHBORS), 1)]
     feet = found.primitive.projected(work.points[some])  # as near points are about as far off, if noise is large
     near = cKDTree(feet).query(feet[:: max(len(some) // FITTED, 1)], k=NEIGHBORS, workers=-1)[1]
     waves = distances(work, found.primitive, some)[near].mean(axis=1)

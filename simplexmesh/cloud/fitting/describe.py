@@ -21,7 +21,10 @@ def described(primitive: Primitive, given: Given, used: Mask, mask: Mask | None)
     points = given.points[used]
     primitive = primitive.aligned(points)
     free = np.ones(primitive.n_parameters, bool) if mask is None else ~mask
-    tests = None
+    tests, wanted = None, f"points must determine a {primitive.kind}"
+    if primitive.per_point * len(points) < free.sum():
+        kept = f"only {len(points):,} of {len(used):,} are near the one found"
+        raise ValueError(f"{wanted}, but {kept}: give more points, or leave out robust")
     if primitive.per_point == 1:
         tests = deferred_tests(primitive, points, free, given.rng, given.noise, given.weights)
     vertices = checks.frozen(np.flatnonzero(used)) if given.robust else None
@@ -30,7 +33,6 @@ def described(primitive: Primitive, given: Given, used: Mask, mask: Mask | None)
     fit = fit_of(primitive, points, chart=chart, **told)
     if np.isnan(fit.covariance).any() and not np.isnan(fit.noise):
         free_names = ", ".join(undetermined(primitive, points, fit.noise))
-        wanted = f"points must determine a {primitive.kind}"
         raise ValueError(f"{wanted}, but these leave some of its parameters free: {free_names}")
     return primitive.with_fit(fit)
 

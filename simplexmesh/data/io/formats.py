@@ -114,11 +114,11 @@ def _by_text(head: bytes) -> str | None:
         return "off"
     if re.match(r"\s*solid\b", text, re.IGNORECASE) and re.search(r"\bfacet\b", text, re.IGNORECASE):
         return "stl"
-    if re.search(r"^(v|vn|vt)\s+-?[\d.]+\s", text, re.MULTILINE):
+    number = r"[-+]?(\d+\.?\d*|\.\d+|nan|inf)([eE][-+]?\d+)?"
+    if re.search(rf"^(v|vn|vt)\s+{number}\s", text, re.MULTILINE):
         return "obj"
     if re.match(r"\s*Points\s*:=\s*\[", text):
         return "text"
-    number = r"[-+]?(\d+\.?\d*|\.\d+|nan|inf)([eE][-+]?\d+)?"
     three = rf"^\s*{number}([\s,;]+{number}){{2,}}"
     return "text" if any(re.match(three, row) for row in text.splitlines()[:20]) else None
 

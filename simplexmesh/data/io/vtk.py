@@ -10,12 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkCommonDataModel import vtkPolyData
-from vtkmodules.vtkFiltersCore import vtkTriangleFilter
 from vtkmodules.vtkIOGeometry import vtkOBJReader, vtkSTLReader
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLPolyDataReader
 
-from simplexmesh._base.arrays import Array, Indices32
+from simplexmesh._base.arrays import Array, Indices, Indices32
 from simplexmesh._base.errors import warn
 from simplexmesh._base.named_arrays import is_color
 from simplexmesh._base.units import known_unit
@@ -30,6 +28,7 @@ from simplexmesh.data.io.polydata import (
     captured_output,
     vtk_reason,
 )
+from simplexmesh.data.io.polygons import strips, triangulated
 from simplexmesh.data.points import PointCloud, cloud_of_file
 from simplexmesh.data.triangles import TriangleMesh
 from simplexmesh.data.volume import Volume
@@ -129,23 +128,22 @@ def _points(dataset: Any) -> Array:
 
 
 def _triangles(dataset: Any) -> TriangleMesh:
-    for cells in (dataset.GetPolys(), dataset.GetStrips()):
-        corners = vtk_to_numpy(cells.GetConnectivityArray())
-        ends = vtk_to_numpy(cells.GetOffsetsArray())  # VTK does not check them, and would read outside its memory
-        if ends[0] != 0 or ends[-1] != len(corners) or (ends[1:] < ends[:-1]).any():
-            raise ValueError(f"faces must end one after the other, at corner {len(corners)} of {len(corners)}")
-        if len(corners) and not 0 <= corners.min() <= corners.max() < dataset.GetNumberOfPoints():
-            raise ValueError(f"faces refer to points outside 0..{dataset.GetNumberOfPoints() - 1}")
-    bare = vtkPolyData()  # arrays may be shorter than the points, which the filter does not check
-    bare.SetPoints(dataset.GetPoints())
-    bare.SetPolys(dataset.GetPolys())
-    bare.SetStrips(dataset.GetStrips())
-    cutter = vtkTriangleFilter()
-    cutter.SetInputData(bare)
-    cutter.Update()
-    out = cutter.GetOutput()
-    corners = vtk_to_numpy(out.GetPolys().GetConnectivityArray()).astype(np.int64)
-    return TriangleMesh(_points(dataset), corners.reshape(-1, 3), _data(dataset), _unit(dataset))
+    points, (flat, ends), (bands, last) = _points(dataset), _cells(dataset, "Polys"), _cells(dataset, "Strips")
+    cut = [triangulated(points, np.diff(ends), flat), strips(np.insert(bands, last[1:], -1))]
+    return TriangleMesh(points, np.concatenate(cut), _data(dataset), _unit(dataset))
+
+
+def _cells(dataset: Any, kind: str) -> tuple[Indices, Indices]:
+    """Return the corners of polygons or strips, one after the other, and where each ends, after a 0."""
+    cells = getattr(dataset, f"Get{kind}")()
+    corners, ends = (
+        vtk_to_numpy(array).astype(np.int64) for array in (cells.GetConnectivityArray(), cells.GetOffsetsArray())
+    )  # VTK does not check them, and would read outside its memory
+    if ends[0] != 0 or ends[-1] != len(corners) or (ends[1:] < ends[:-1]).any():
+        raise ValueError(f"faces must end one after the other, at corner {len(corners)} of {len(corners)}")
+    if len(corners) and not 0 <= corners.min() <= corners.max() < dataset.GetNumberOfPoints():
+        raise ValueError(f"faces refer to points outside 0..{dataset.GetNumberOfPoints() - 1}")
+    return corners, ends
 
 
 def _volume(image: Any, name: str, *, owned: bool) -> Volume:

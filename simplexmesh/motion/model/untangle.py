@@ -176,8 +176,7 @@ def _smoothed(tangles: Tangles, target: Target, reach: float, attempt: int) -> T
         )
         for _ in refitting.run(20, warnings=False):
             pass
-    except DivergedError as error:  # a mesh too coarse for its topology has no smooth shape
-        warn(f"an attempt at untangling was given up: {error}")
+    except DivergedError:  # a mesh too coarse for its topology has no smooth shape
         return tangles
     return tangles.improved(_with_rows(tangles.mesh, rows, refitting.mesh), marked)
 

@@ -146,6 +146,8 @@ def _warn_of_topology(run: Run, *, lid: bool) -> None:
     if run.tangled:
         count = counted(run.tangled, "vertex is", "vertices are")
         messages.append(f"{count} on faces that are folded or cross others; more vertices or another start may help")
+    elif not run.mesh.n_holes and run.mesh.volume < 0:
+        messages.append("the model is inside out; more vertices or another start may help")
     for message in filter(None, messages):
         warn(message)
 

@@ -118,7 +118,7 @@ def reconstruct(
         For data that was repaired, scans in different frames or that fit nowhere, cavities that are filled, and for a
         model that misses or encloses much of the data or fills a place, is one sheet where that has two layers, is far
         from data in a large part, strayed from it, has handles that noise may have made, lacks sharp edges of the data,
-        remains tangled, or whose motion ended early.
+        remains tangled, is inside out, or whose motion ended early.
 
     References
     ----------

@@ -58,7 +58,8 @@ class Isosurface(BuiltInTarget):
         self.inside = checks.choice("inside", inside, ("above", "below"))
         low, high = self.volume.range
         if not low < self.level < high:
-            raise ValueError(f"level must be between {low:g} and {high:g}, the range of the volume, not {self.level:g}")
+            within = f"above {low:g} and below {high:g}, the range of the volume"
+            raise ValueError(f"level must be {within}, not {self.level:g}")
         values, above = self.volume.values, inside == "above"
         steps = [stride // values.itemsize for stride in values.strides]
         to_index = np.array(np.linalg.inv(self.volume.T_world_index)[:3], np.float64)

@@ -170,6 +170,13 @@ def test_connected_points_stop_at_gaps():
     assert not len(connected(work, Plane([0, 0, 1], [0, 0, 1]), free, np.array([5]), 0.03)[0])
 
 
+def test_what_no_seed_is_on_grows_into_nothing():
+    rng = np.random.default_rng(0)
+    work = working(made("plane")[1], 0.01, rng)
+    free, limits = np.ones(len(work.points), bool), Limits(SURFACES, (0.0, np.inf), 50)
+    assert not len(grown(work, Sphere([1, 0, -2], 0.1), free, np.arange(9), limits, rng).members)
+
+
 def test_evidence_is_greatest_for_the_noise_there_is():
     shape, points = made("sphere", 2000, noise=0.02)
     work = working(points, 0.01, np.random.default_rng(0))

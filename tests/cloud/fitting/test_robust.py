@@ -87,3 +87,18 @@ def test_subsets_find_a_primitive_as_often_as_one_has_no_outlier(kind, size, dra
     one = np.prod((kept - np.arange(size)) / (200 - np.arange(size)))
     expected = 1 - (1 - one) ** draws
     assert abs(hits / trials - expected) < 4 * np.sqrt(expected * (1 - expected) / trials) + 1 / trials
+
+
+@pytest.mark.parametrize(("kind", "count"), [("torus", 8), ("beam", 10), ("cone", 7)])
+def test_fewer_points_than_parameters_determine_nothing(kind, count):
+    """Of hardly more points than parameters some are left out as outliers: those that remain are met by many."""
+    refused = 0
+    for seed in range(10):
+        points = np.random.default_rng(seed).normal(size=(count, 3))
+        try:
+            found = sm.fit_primitive(points, kind, robust=True)
+        except ValueError as error:
+            refused += f"of {count} are near the one found: give more points, or leave out robust" in str(error)
+        else:
+            assert found.fit.count >= found.n_parameters
+    assert refused

@@ -115,6 +115,15 @@ class TestPolygonFormats:
         assert again.n_faces == sum(len(face) - 2 for face in mesh.faces)
         assert again.is_closed == (mesh.n_holes == 0)
 
+    @pytest.mark.parametrize("scale", [1.0, 1e-6])
+    def test_polygons_far_from_flat(self, ending, scale, tmp_path):
+        ball = sm.sphere(4)
+        rugged = ball.moved(scale * (ball.vertices + np.random.default_rng(0).normal(0, 0.15, ball.vertices.shape)))
+        write(tmp_path / f"mesh{ending}", rugged)
+        again = sm.read(tmp_path / f"mesh{ending}")
+        assert again.is_closed
+        assert again.n_faces == sum(len(face) - 2 for face in rugged.faces)
+
     def test_triangles(self, ending, tmp_path):
         import trimesh
 

@@ -337,3 +337,11 @@ def test_where_edges_find_no_way_along_sharp_ones_the_model_says_so(monkeypatch,
     monkeypatch.setattr(sharpening, "traced", lambda *given: [])
     with pytest.warns(sm.SimplexMeshWarning, match="stays smooth: its edges find no way along the sharp edges"):
         assert sharpening._laid(scene) is None
+
+
+@pytest.mark.filterwarnings("ignore::simplexmesh.SimplexMeshWarning")
+def test_a_model_that_shrank_to_a_place_has_none(monkeypatch):
+    """Lines would be cut into pieces of its size, more than memory holds."""
+    monkeypatch.setattr("simplexmesh.motion.reconstruct.sharpen.sharpened", lambda *_, **__: pytest.fail("looked for"))
+    flat = np.random.default_rng(0).uniform(-1, 1, (100, 3)) * [1, 1, 1e-6]
+    assert not sm.reconstruct(flat, init="torus", vertices=20, iterations=10).creases

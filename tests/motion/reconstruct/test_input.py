@@ -71,7 +71,7 @@ def test_scans_are_put_together_by_their_poses(tmp_path):
             ValueError,
             r"volume holds intensities \(.*\), not labels; give level \(--level\), ",
         ),
-        (ball_volume(), {"level": 99.0}, ValueError, "level must be between .* the range of the volume, not 99"),
+        (ball_volume(), {"level": 99.0}, ValueError, "level must be above .* the range of the volume, not 99"),
         (ball_volume(), {"level": "high"}, TypeError, "level must be a number, not str"),
         (ball_volume(), {"level": 0.0, "label": 1}, ValueError, "give level or label, not both"),
         (

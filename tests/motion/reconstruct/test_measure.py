@@ -133,6 +133,14 @@ def test_open_data_is_told_with_what_may_help():
     assert measure.openness_message(0, 0.3, opens=True) == lid + "nothing was found to cut off, more vertices may help"
 
 
+def test_models_that_are_inside_out_are_told():
+    ball = sm.sphere(4).triangulated("dual")
+    inward = sm.dual((ball.vertices, ball.faces[:, ::-1]), outward=False)
+    with pytest.warns(sm.SimplexMeshWarning, match="^the model is inside out; more vertices or another start may help"):
+        model = sm.reconstruct(ball, init=inward, iterations=5, creases="none")
+    assert model.mesh.volume < 0
+
+
 def test_sheets_that_may_be_solids_are_told():
     assert measure.sides_message(measure.MOST_DOUBLED) == ""
     assert "whether 83% of the data is one sheet" in measure.sides_message(0.83)

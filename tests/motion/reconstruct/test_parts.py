@@ -107,6 +107,19 @@ def test_remaining_tangles_are_blended_with_the_start():
     assert mended.check(self_intersections=True).ok
 
 
+def test_attempts_that_diverge_are_not_told():
+    """They would be many, and of vertices of a piece: how many are left tangled is told in the end."""
+    ball = sm.sphere(3)
+    torn = Tangles(ball.moved(np.where(np.arange(ball.n_vertices)[:, None] == 0, -1.5, 1.0) * ball.vertices))
+
+    class Runaway:
+        def gap(self, vertices, normals, reach):
+            return np.full(len(vertices), 1e9)
+
+    assert torn.count
+    assert untangled(torn, Runaway(), reach=9.0) is torn
+
+
 def test_a_region_that_cannot_be_untangled_stays_while_others_are():
     """Two balls with a fold each: around one, the data pulls all freed vertices through the other side."""
     ball = sm.sphere(8).triangulated()

@@ -252,8 +252,8 @@ def test_the_search_finds_what_fine_sampling_finds(seed):
 @pytest.mark.parametrize(
     ("level", "options", "error", "message"),
     [
-        (200.0, {}, ValueError, "level must be between 0 and 7, the range of the volume, not 200"),
-        (0.0, {}, ValueError, "level must be between 0 and 7, the range of the volume, not 0"),
+        (200.0, {}, ValueError, "level must be above 0 and below 7, the range of the volume, not 200"),
+        (0.0, {}, ValueError, "level must be above 0 and below 7, the range of the volume, not 0"),
         (np.nan, {}, ValueError, "level must be finite, not nan"),
         ("skin", {}, TypeError, "level must be a number, not str"),
         (3.0, {"inside": "left"}, ValueError, "inside must be one of 'above', 'below', not 'left'"),

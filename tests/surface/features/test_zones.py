@@ -14,6 +14,7 @@ from scipy.spatial import Delaunay
 
 import simplexmesh as sm
 from simplexmesh.surface.features.zoning.bending import bending
+from simplexmesh.surface.features.zoning.edits import by_size
 from simplexmesh.surface.features.zoning.result import zoned
 from tests.nightly.marks import nightly
 from tests.recognition.reference import random_rotation
@@ -386,3 +387,17 @@ class TestStraddlingTriangles:
     def test_are_none_where_the_mesh_follows_its_creases(self):
         zones = sm.zones(tessellated(SLAB, "aligned", SLAB.edge(5000)).mesh)
         assert_array_equal(zones.labels, zones._parts)
+
+
+@pytest.mark.parametrize("step", [0.2, *nightly(0.1, 0.5)])
+def test_vertices_at_one_place_are_no_harm(step):
+    """As in files of few digits: edges have no length, triangles no area, and nor have some zones."""
+    ball = sm.sphere(8).triangulated()
+    places = ball.vertices + np.random.default_rng(0).normal(0, 0.02, ball.vertices.shape)
+    zones = sm.zones((step * np.round(places / step), ball.faces))
+    assert_partition(zones)
+    assert len(zones.kinds) == len(zones)
+
+
+def test_zones_without_area_come_before_labels_without_triangles():
+    assert_array_equal(by_size(np.array([3, 1, 3]), np.array([1.0, 0.0, 1.0]))[[3, 1]], [0, 1])

@@ -258,4 +258,7 @@ def _without_weak_parts(edges: Edges, chosen: Mask, excess: Array, shortest: Arr
         start, least = int(np.argmax(sums[:stop])), shortest[line].mean()
         return line[start * (far[start] >= least) : stop if far[-1] - far[stop] >= least else len(line)]
 
-    return edges.without_weakest(chosen, lambda lines: lines.total(excess) / lines.total(edges.lengths), weak)
+    def strength(lines: Chains) -> Array:
+        return lines.total(excess) / np.maximum(lines.total(edges.lengths), 1e-300)
+
+    return edges.without_weakest(chosen, strength, weak)

@@ -47,7 +47,7 @@ def sampled(vertices: Array, faces: Indices, mates: Indices) -> tuple[Facets, Ar
     ring = patches(faces, len(vertices), facets.centers, np.zeros(len(faces)), everywhere)
     owner, counts = np.repeat(np.arange(len(faces)), np.diff(ring[0])), np.diff(ring[0])
     scales = np.sqrt(4 / np.sqrt(3) * np.bincount(owner, facets.areas[ring[1]]) / counts)
-    facets = facets.seen(noise, scales)
+    facets = facets.seen(noise, np.maximum(scales, 1e-9 * facets.longest.max(initial=0.0)))
     even = facets.uniform | (np.bincount(owner, facets.qualities[ring[1]]) / counts >= EVEN)
     height = 2 * facets.areas / np.maximum(facets.longest, 1e-300)
     exact = (~even | _in_planes(facets, *ring)) & (np.sqrt(2) * noise < EXACT * height)

@@ -13,8 +13,7 @@ MOST_SWEEPS = 100
 
 def by_size(labels: Indices, areas: Array) -> Indices:
     """Return the place (z,) of each zone, the largest first; labels need not be consecutive."""
-    totals = np.bincount(labels, areas)
-    return np.argsort(np.argsort(-totals, kind="stable"))
+    return np.argsort(np.lexsort((-np.bincount(labels, areas), np.bincount(labels) == 0)))
 
 
 def in_pieces(labels: Indices, edges: Edges) -> Indices:

@@ -41,7 +41,7 @@ def kind_of(
     the least of all. Points that are on a kind to the digits of a file are on no simpler one that they are only near.
     Too few points for a kind do not speak for it. Of `rims` (m, 3) all are as near to it as triangles are, at least.
     """
-    size = max(float(norm(np.ptp(points, axis=0))), 1e-300)
+    size = float(norm(np.ptp(points, axis=0))) or 1.0
     middle, step, leap = centers.mean(axis=0), max(1, len(points) // MOST_POINTS), max(1, len(centers) // MOST_POINTS)
     rims = (centers[:0] if rims is None else rims - middle) / size
     points, centers, normals = (points[::step] - middle) / size, (centers[::leap] - middle) / size, normals[::leap]
@@ -53,7 +53,8 @@ def kind_of(
             continue
         enough = np.resize(points, (max(len(points), len(x)), 3))
         settings = {"ftol": 1e-5, "maxfev": 400, "diag": np.ones(len(x)), "full_output": True}
-        x = leastsq(lambda x, fit=distances, at=enough: fit(at, x), x, **settings)[0]
+        with np.errstate(over="ignore"):  # in a covariance that is not used, of points on a line
+            x = leastsq(lambda x, fit=distances, at=enough: fit(at, x), x, **settings)[0]
         rms = float(np.sqrt(np.mean(distances(points, x) ** 2)))
         least = min(least, rms)
         rise = distances(centers + 1e-3 * normals, x) - distances(centers - 1e-3 * normals, x)
