@@ -6,12 +6,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from simplexmesh._base.arrays import Array, Mask
-from simplexmesh._base.vectors import cross, dot, norm, tangents
+from simplexmesh._base.vectors import cross, norm, tangents
 from simplexmesh.cloud.pipes.chain import Chain
 from simplexmesh.cloud.pipes.refining import near_surface
-from simplexmesh.cloud.pipes.tolerances import ALIKE, BAND, FACING, FEWEST, PARALLEL
+from simplexmesh.cloud.pipes.tolerances import ALIKE, BAND, FEWEST, PARALLEL
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
-from simplexmesh.cloud.pipes.tracing.tracking import JUMP, SPREAD
 
 NARROWEST, WIDEST = 0.3, 3.0
 """Radii that may follow, over the present one."""
@@ -22,9 +21,9 @@ PEAKED = 0.04
 COAXIAL = 0.15
 """Offset in radii of axes that are joined as one at first: whether they are is told when the line is fitted."""
 
-NEAREST, FARTHEST = 0.5, 8.0
-"""Heights in radii between which a pipe on a parallel axis begins: behind a reducer, which may be seen from the narrow
-side."""
+FARTHEST = 8.0
+"""Height in radii up to which a pipe on the same or a parallel axis begins, behind a reducer that may be seen from the
+narrow side."""
 
 LEVEL, FLAT = 0.1, 0.3
 """Part of a pipe's normals along its axis, at most; sine of the angle between two that show where that is, at least."""
@@ -39,32 +38,8 @@ CLOSE = 0.9
 """Of the points between pipes that a reducer joins, share that the noise explains, at least: heads of vessels bulge."""
 
 
-def next_radius(around: Surroundings, place: Array, direction: Array) -> tuple[float, Array] | None:
-    """Return the radius of the coaxial pipe behind an end, and a place on its axis; None if there is none."""
-    r = around.radius
-    at = around.near(place + 0.5 * JUMP * r * direction, 0.5 * JUMP * r + WIDEST * r)
-    away = around.points[at] - place
-    height = away @ direction
-    out = away - height[:, None] * direction
-    rho = norm(out)
-    fine = (height > 0) & (height < JUMP * r) & (rho > NARROWEST * r) & (rho < WIDEST * r)
-    at, height, out, rho = at[fine], height[fine], out[fine], rho[fine]
-    facing = np.abs(dot(around.normals(at), out)) > FACING * rho
-    height, rho, flat = height[facing], rho[facing], out[facing] @ np.stack(tangents(direction)).T
-    best: tuple[int, float, Array] | None = None
-    for radius in r * np.arange(NARROWEST, WIDEST, PEAKED):
-        near = np.abs(rho - radius) < PEAKED * radius
-        if abs(radius / r - 1) < ALIKE or near.sum() < FEWEST or (best is not None and near.sum() <= best[0]):
-            continue
-        unit = flat[near] / rho[near, None]
-        moments = np.linalg.eigvalsh(unit.T @ unit)
-        if moments[0] > 2 * SPREAD * moments.sum():
-            best = int(near.sum()), float(np.median(rho[near])), place + float(np.median(height[near])) * direction
-    return None if best is None else best[1:]
-
-
-def next_beside(around: Surroundings, place: Array, direction: Array) -> tuple[float, Array] | None:
-    """Return the radius of the pipe behind an eccentric reducer at an end, and where its axis begins, if there is one.
+def next_pipe(around: Surroundings, place: Array, direction: Array) -> tuple[float, Array] | None:
+    """Return the radius of the pipe behind a reducer at an end, and where its axis begins, if there is one.
 
     Pipes along the direction are seen as circles, which are drawn through pairs of points at right angles to normals.
     """
@@ -86,8 +61,7 @@ def next_beside(around: Surroundings, place: Array, direction: Array) -> tuple[f
         return None
     counts, edges = np.histogram(height[on[best]], bins=np.arange(0, FARTHEST * r, radii[best] / 4))
     start = edges[int((counts > counts.max() / 2).argmax())]
-    axis = place + centers[best] @ frame[:2]
-    return (float(radii[best]), axis + start * direction) if start > NEAREST * r else None
+    return float(radii[best]), place + centers[best] @ frame[:2] + start * direction
 
 
 def _circles(flat: Array, normals: Array, tolerance: float) -> tuple[Array, Array]:
