@@ -9,7 +9,7 @@ from simplexmesh._base.arrays import Array, Mask
 from simplexmesh._base.vectors import cross, norm, tangents
 from simplexmesh.cloud.pipes.chain import Chain
 from simplexmesh.cloud.pipes.refining import near_surface
-from simplexmesh.cloud.pipes.tolerances import ALIKE, BAND, FEWEST, PARALLEL
+from simplexmesh.cloud.pipes.tolerances import ALIKE, BAND, FEWEST, LOOSE, PARALLEL, SEEN, SLIGHT
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 
 NARROWEST, WIDEST = 0.3, 3.0
@@ -18,21 +18,15 @@ NARROWEST, WIDEST = 0.3, 3.0
 PEAKED = 0.04
 """Deviation over the radius of the distances from the axis of points on one pipe."""
 
-COAXIAL = 0.15
-"""Offset in radii of axes that are joined as one at first: whether they are is told when the line is fitted."""
-
 FARTHEST = 8.0
 """Height in radii up to which a pipe on the same or a parallel axis begins, behind a reducer that may be seen from the
 narrow side."""
 
-LEVEL, FLAT = 0.1, 0.3
-"""Part of a pipe's normals along its axis, at most; sine of the angle between two that show where that is, at least."""
-
 DRAWS = 400
 """Pairs of points through which circles are drawn."""
 
-SECTIONS, SEEN = 4, 0.3
-"""Of an eccentric reducer, and the share of the points of the pipes beside it that each has at least."""
+SECTIONS = 4
+"""Of an eccentric reducer, of which each is seen."""
 
 CLOSE = 0.9
 """Of the points between pipes that a reducer joins, share that the noise explains, at least: heads of vessels bulge."""
@@ -48,7 +42,7 @@ def next_pipe(around: Surroundings, place: Array, direction: Array) -> tuple[flo
     local = (around.points[at] - place) @ frame.T
     fine = (local[:, 2] > 0) & (local[:, 2] < FARTHEST * r) & (norm(local[:, :2]) < WIDEST * r)
     local, normals = local[fine], around.normals(at[fine]) @ frame.T
-    level = np.abs(normals[:, 2]) < LEVEL
+    level = np.abs(normals[:, 2]) < SLIGHT
     flat, height = local[level, :2], local[level, 2]
     if len(flat) < FEWEST:
         return None
@@ -68,7 +62,7 @@ def _circles(flat: Array, normals: Array, tolerance: float) -> tuple[Array, Arra
     """Return middles and radii of circles through random pairs of points (n, 2) at right angles to their normals."""
     i, j = np.random.default_rng(0).integers(0, len(flat), (2, DRAWS))
     sine = normals[i, 0] * normals[j, 1] - normals[i, 1] * normals[j, 0]
-    i, j, sine = (each[np.abs(sine) > FLAT] for each in (i, j, sine))
+    i, j, sine = (each[np.abs(sine) > SLIGHT] for each in (i, j, sine))
     between = flat[j] - flat[i]
     far = (between[:, 0] * normals[j, 1] - between[:, 1] * normals[j, 0]) / sine
     centers = flat[i] + far[:, None] * normals[i]
@@ -101,7 +95,7 @@ def joined(one: Chain, other: Chain) -> Chain | None:
     u, v = one.directions[-1], other.directions[0]
     base, r, after = one.corners[-2], float(one.radii[-1]), float(other.radii[0])
     across = cross(u, cross(other.corners[0] - one.corners[-1], u))
-    eccentric = norm(across) > COAXIAL * min(r, after)
+    eccentric = norm(across) > LOOSE * min(r, after)  # at first
     if abs(after / r - 1) < ALIKE / 2:  # what began as another pipe was traced back to this one
         return None
     if norm(cross(u, v)) > np.sin(PARALLEL) or u @ v < 0 or (eccentric and not _may_join(r, after, norm(across))):

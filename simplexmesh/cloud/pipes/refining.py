@@ -12,14 +12,11 @@ from simplexmesh._base.vectors import cross, dot, norm, tangents
 from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.cloud.fitting.solver import solve
 from simplexmesh.cloud.pipes.chain import MOST_ANGLE, Chain
-from simplexmesh.cloud.pipes.tolerances import BAND, FACING, SHORT, SLIGHT
+from simplexmesh.cloud.pipes.tolerances import BAND, FACING, LOOSE, SHORT, SLIGHT
 from simplexmesh.cloud.pipes.tracing._kernels_tracing import STEP
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.numerics.robust import NORMAL_MAD
 from simplexmesh.numerics.round_fits import between_axes
-
-LOOSE = 0.1
-"""Scale of the first loss, in radii: bends are traced as well."""
 
 MOST_NOISE = 0.06
 """Deviation of points from a pipe, in radii: of even points within the first band it is twice that."""
