@@ -47,10 +47,7 @@ BETWEEN = 1.5
 """Of the distance between random points: no place of their surface in a thousand is farther from all of them."""
 
 ASTRIDE = 2.0
-"""In standard deviations of the noise: points nearer to a crease may belong to either side."""
-
-ROUNDED = 2.0
-"""In standard deviations of the blur: an isosurface is round as near to a crease."""
+"""In standard deviations of the noise or the blur: points nearer to a crease may belong to either side."""
 
 PERTURBATION = 1e-9
 """In mean edges: faces that share exact lines touch, and would cross or not by rounding (Edelsbrunner, Mucke 1990)."""
@@ -131,7 +128,7 @@ def sharpened_volume(mesh: SimplexMesh, points: Array, away: Array, target: Isos
     chosen = [line for line, of_two_sides in zip(lines, sharp, strict=True) if of_two_sides]
     if _length(chosen) <= MOST * _length(lines):
         return None
-    return _laid(Scene(mesh, chosen, points, target, ROUNDED * blur, resolution(mesh.area / len(points), noise)))
+    return _laid(Scene(mesh, chosen, points, target, ASTRIDE * blur, resolution(mesh.area / len(points), noise)))
 
 
 def _length(lines: Sequence[CreaseLine]) -> float:

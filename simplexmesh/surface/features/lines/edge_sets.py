@@ -176,7 +176,7 @@ class Edges:
         """Return edges without lines that end freely and are shorter than the mean of `shortest` (e,) along them."""
 
         def strength(lines: Chains) -> Array:
-            free = self.free(chosen_edges(lines, len(chosen)))[lines.ends].any(axis=1)
+            free = self.free(np.isin(np.arange(len(chosen)), lines.edges))[lines.ends].any(axis=1)
             return np.where(free, lines.total(self.lengths) - lines.mean(shortest), 1.0)
 
         return self.without_weakest(chosen, strength)
@@ -278,10 +278,3 @@ class Edges:
                 if more < reached.get(other, np.inf):
                     reached[other], came[other] = more, edge
                     heapq.heappush(queue, (more, other))
-
-
-def chosen_edges(lines: Chains, count: int) -> Mask:
-    """Return the mask (count,) of the edges of lines."""
-    out = np.zeros(count, bool)
-    out[lines.edges] = True
-    return out
