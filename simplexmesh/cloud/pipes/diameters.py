@@ -33,10 +33,7 @@ CLOSE = 0.9
 
 
 def next_pipe(around: Surroundings, place: Array, direction: Array) -> tuple[float, Array] | None:
-    """Return the radius of the pipe behind a reducer at an end, and where its axis begins, if there is one.
-
-    Pipes along the direction are seen as circles, which are drawn through pairs of points at right angles to normals.
-    """
+    """Return the radius of the pipe behind a reducer at an end, seen as a circle, and where its axis begins."""
     r, frame = around.radius, np.stack([*tangents(direction), direction])
     at = around.near(place + 0.5 * FARTHEST * r * direction, 0.5 * FARTHEST * r + WIDEST * r)
     local = (around.points[at] - place) @ frame.T

@@ -117,10 +117,7 @@ def mitered(around: Surroundings, chain: Chain, deviation: float) -> Chain:
 
 
 def _is_miter(around: Surroundings, chain: Chain, deviation: float, k: int) -> bool:
-    """Whether points up to a corner on both sides are on the two straights, and none where one would go on behind it.
-
-    A run goes on where a branch of its width meets it.
-    """
+    """Whether points up to a corner on both sides are on the two straights, and none where one goes on behind it."""
     feet, corner = chain.feet(around.points), chain.stations[2 * k + 1]
     r = float(chain.radii[0])
     half = r * float(np.tan(chain.angles[k] / 2)) + SHORT * r

@@ -99,11 +99,7 @@ def fitted(around: Surroundings, chain: Chain, points: Array, loss_scale: float)
 
 
 def covariance_of(chain: Chain, points: Array, loss_scale: float, fixed: Mask) -> Array:
-    """Return the covariance (p, p) of the parameters of a chain that is fitted to points with a loss.
-
-    That of any estimate from sums over the points, whatever their noise is (Huber 1967): of the sums' derivatives and
-    their scatter.
-    """
+    """Return the covariance (p, p) of a chain's parameters, fitted with a loss, whatever the noise is (Huber 1967)."""
     distance = chain.distance(points)
     less = 1 / (1 + (distance / loss_scale) ** 2)
     slope = less**2 - 4 * (distance / loss_scale) ** 2 * less**3
@@ -138,11 +134,7 @@ def simplified(around: Surroundings, chain: Chain) -> Chain:
 
 
 def cheaper(around: Surroundings, chain: Chain, other: Chain, price: float, own: Near | None = None) -> Chain:
-    """Return the second of two chains, fitted again, if it costs less than the first and a price.
-
-    Schwarz' criterion, with the number of points that the two tell apart: of the sums of squares and of fourth powers
-    of what they differ by. What `own` has of the first one is the same for every second one.
-    """
+    """Return a second chain, fitted again, if it costs less than the first and a price by Schwarz' criterion."""
     points, first = own or _fitted_to_near(around, chain)
     scale = LOOSE * around.radius / WITHIN
     moved = first, fitted(around, other, points, scale)

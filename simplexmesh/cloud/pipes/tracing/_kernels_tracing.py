@@ -135,10 +135,7 @@ def least_share(x, y, xy):
 
 @jit
 def excess(local, count, bend):
-    """Return by how much the circle through the points on a step is wider than 1; 0 if they do not tell.
-
-    One step of Gauss and Newton from the axis, which is within a fraction of the radius of the center.
-    """
+    """Return by how much the circle through the points on a step is wider than 1; 0 if they do not tell."""
     matrix, right, terms, among = np.zeros((3, 3)), np.zeros(3), np.ones(3), 0
     x, y, xy = 0.0, 0.0, 0.0
     for i in range(count):

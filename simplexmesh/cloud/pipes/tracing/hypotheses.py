@@ -54,10 +54,7 @@ def noise_at(tree: cKDTree, place: Array) -> float:
 
 
 def hypotheses(tree: cKDTree, place: Array, limits: tuple[float, float], noise: float) -> Iterator[Cylinder]:
-    """Yield the cylinders through a point of a tree, with radii within limits, that most of ever more neighbors are on.
-
-    Each has its point at the place's height.
-    """
+    """Yield the cylinders through a place, of radii within limits, that most of ever more of its neighbors are on."""
     points = np.asarray(tree.data)
     near = points[tree.query(place, k=[*range(1, min(SIZES[-1], tree.n) + 1)])[1]]
     around = tree.query(near, k=[*range(1, min(NORMALS[-1], tree.n) + 1)])[1]

@@ -49,10 +49,7 @@ def segmented(track: Track, radius: float) -> Chain:
 
 
 def bend_between(one: Straight, other: Straight, points: Array) -> tuple[Array, float, float] | None:
-    """Return corner, bend radius, and root mean square distance of the places between two straights from the best bend.
-
-    None where their axes do not meet between them.
-    """
+    """Return corner and radius of the best bend between straights that meet, and how far places are off it."""
     u, v = one.direction, other.direction
     turn = float(np.arctan2(norm(cross(u, v)), u @ v))
     if turn < PARALLEL or turn > np.pi - PARALLEL:

@@ -81,10 +81,7 @@ class Track:
 
 
 def traced(around: Surroundings, known: list[Step], *, jump: float = JUMP) -> Track:
-    """Return the track of a pipe both ways from steps that are known of it.
-
-    One that comes back to where it begins is closed: the other way is the same.
-    """
+    """Return the track of a pipe both ways from known steps of it, or one way if that comes back to them."""
     onward, end = _followed(around, known.copy(), jump)
     if end == "closed" and norm(onward[-1].point - known[0].point) < 3 * STEP * around.radius:
         return Track(onward, [end, end])

@@ -227,10 +227,7 @@ def _cleaned(surface: FilteredSurface, chosen: Mask, jumps: Array, ordinary: Arr
 
 
 def _without_fillets(found: Creases) -> Mask:
-    """Return edges without lines on fillets, past which windows see that noise widens; short ones tell little.
-
-    Narrow windows tell by how much sides bend: noise is less in the mean of a line.
-    """
+    """Return edges without lines on fillets, past which windows see that noise widens; short ones tell little."""
     edges, facets, shortest = found.edges, found.edges.facets, SHORTEST * found.scales
     narrow = replace(found.settled, edges=Edges(facets._replace(noise=np.zeros_like(facets.noise))))
     jumps, *_, bendings = narrow.jumps_at(found.chosen, found.chosen)
