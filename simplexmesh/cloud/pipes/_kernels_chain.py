@@ -95,10 +95,7 @@ def beside(axis, place, j, height):
 
 @lean
 def on_straight(axis, place, j, height):
-    """Return the height of the foot on straight j of a place: between its ends, or on up to the planes of its miters.
-
-    A miter is a corner without a bend, and its plane halves the angle between the two straights.
-    """
+    """Return the height of a place's foot on straight j: between its ends, or on up to the planes of its miters."""
     for i, way in ((j, 1.0), (j - 1, -1.0)):
         if 0 <= i < len(axis.bend_radii) and axis.bend_radii[i] == 0:
             away = minus(place, row(axis.corners, i + 1))
@@ -261,10 +258,7 @@ def fill_offsets(axis, piece, along, out, first, count, columns, values):
 
 @lean
 def fill_bend(axis, i, turn, away, columns, values):
-    """Fill the derivatives by the three corners and the radius of a bend.
-
-    A point of it is its corner, plus bend radius times `first` along the one and `second` along the other segment.
-    """
+    """Fill the derivatives by the three corners of a bend, of whose segments a point has parts, and by its radius."""
     before, after = row(axis.directions, i), row(axis.directions, i + 1)
     radius, cos, sin = axis.bend_radii[i], axis.turns[i, 0], axis.turns[i, 1]
     rest = 1.0 - math.cos(turn)
@@ -284,10 +278,7 @@ def fill_bend(axis, i, turn, away, columns, values):
 
 @jit
 def normal_equations(axis, points, weights, loss_scale, matrix, downhill):
-    """Add to the normal matrix (q, q), its lower half, and the downhill vector (q,) of all columns; return the cost.
-
-    No weights are all 1; an infinite scale is no loss.
-    """
+    """Add to the normal matrix (q, q), its lower half, and the downhill vector (q,) of all columns; return the cost."""
     width = WIDTH + axis.offsets.size
     columns, values = np.zeros(width, np.int64), np.zeros(width)
     cost = 0.0

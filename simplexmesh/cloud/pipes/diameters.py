@@ -6,12 +6,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from simplexmesh._base.arrays import Array, Mask
-from simplexmesh._base.vectors import cross, dot, norm, tangents
+from simplexmesh._base.vectors import cross, norm, tangents
 from simplexmesh.cloud.pipes.chain import Chain
 from simplexmesh.cloud.pipes.refining import near_surface
-from simplexmesh.cloud.pipes.tolerances import ALIKE, BAND, FACING, FEWEST, PARALLEL
+from simplexmesh.cloud.pipes.tolerances import ALIKE, BAND, FEWEST, LOOSE, PARALLEL, SEEN, SLIGHT
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
-from simplexmesh.cloud.pipes.tracing.tracking import JUMP, SPREAD
 
 NARROWEST, WIDEST = 0.3, 3.0
 """Radii that may follow, over the present one."""
@@ -19,61 +18,28 @@ NARROWEST, WIDEST = 0.3, 3.0
 PEAKED = 0.04
 """Deviation over the radius of the distances from the axis of points on one pipe."""
 
-COAXIAL = 0.15
-"""Offset in radii of axes that are joined as one at first: whether they are is told when the line is fitted."""
-
-NEAREST, FARTHEST = 0.5, 8.0
-"""Heights in radii between which a pipe on a parallel axis begins: behind a reducer, which may be seen from the narrow
-side."""
-
-LEVEL, FLAT = 0.1, 0.3
-"""Part of a pipe's normals along its axis, at most; sine of the angle between two that show where that is, at least."""
+FARTHEST = 8.0
+"""Height in radii up to which a pipe on the same or a parallel axis begins, behind a reducer that may be seen from the
+narrow side."""
 
 DRAWS = 400
 """Pairs of points through which circles are drawn."""
 
-SECTIONS, SEEN = 4, 0.3
-"""Of an eccentric reducer, and the share of the points of the pipes beside it that each has at least."""
+SECTIONS = 4
+"""Of an eccentric reducer, of which each is seen."""
 
 CLOSE = 0.9
 """Of the points between pipes that a reducer joins, share that the noise explains, at least: heads of vessels bulge."""
 
 
-def next_radius(around: Surroundings, place: Array, direction: Array) -> tuple[float, Array] | None:
-    """Return the radius of the coaxial pipe behind an end, and a place on its axis; None if there is none."""
-    r = around.radius
-    at = around.near(place + 0.5 * JUMP * r * direction, 0.5 * JUMP * r + WIDEST * r)
-    away = around.points[at] - place
-    height = away @ direction
-    out = away - height[:, None] * direction
-    rho = norm(out)
-    fine = (height > 0) & (height < JUMP * r) & (rho > NARROWEST * r) & (rho < WIDEST * r)
-    at, height, out, rho = at[fine], height[fine], out[fine], rho[fine]
-    facing = np.abs(dot(around.normals(at), out)) > FACING * rho
-    height, rho, flat = height[facing], rho[facing], out[facing] @ np.stack(tangents(direction)).T
-    best: tuple[int, float, Array] | None = None
-    for radius in r * np.arange(NARROWEST, WIDEST, PEAKED):
-        near = np.abs(rho - radius) < PEAKED * radius
-        if abs(radius / r - 1) < ALIKE or near.sum() < FEWEST or (best is not None and near.sum() <= best[0]):
-            continue
-        unit = flat[near] / rho[near, None]
-        moments = np.linalg.eigvalsh(unit.T @ unit)
-        if moments[0] > 2 * SPREAD * moments.sum():
-            best = int(near.sum()), float(np.median(rho[near])), place + float(np.median(height[near])) * direction
-    return None if best is None else best[1:]
-
-
-def next_beside(around: Surroundings, place: Array, direction: Array) -> tuple[float, Array] | None:
-    """Return the radius of the pipe behind an eccentric reducer at an end, and where its axis begins, if there is one.
-
-    Pipes along the direction are seen as circles, which are drawn through pairs of points at right angles to normals.
-    """
+def next_pipe(around: Surroundings, place: Array, direction: Array) -> tuple[float, Array] | None:
+    """Return the radius of the pipe behind a reducer at an end, seen as a circle, and where its axis begins."""
     r, frame = around.radius, np.stack([*tangents(direction), direction])
     at = around.near(place + 0.5 * FARTHEST * r * direction, 0.5 * FARTHEST * r + WIDEST * r)
     local = (around.points[at] - place) @ frame.T
     fine = (local[:, 2] > 0) & (local[:, 2] < FARTHEST * r) & (norm(local[:, :2]) < WIDEST * r)
     local, normals = local[fine], around.normals(at[fine]) @ frame.T
-    level = np.abs(normals[:, 2]) < LEVEL
+    level = np.abs(normals[:, 2]) < SLIGHT
     flat, height = local[level, :2], local[level, 2]
     if len(flat) < FEWEST:
         return None
@@ -86,15 +52,14 @@ def next_beside(around: Surroundings, place: Array, direction: Array) -> tuple[f
         return None
     counts, edges = np.histogram(height[on[best]], bins=np.arange(0, FARTHEST * r, radii[best] / 4))
     start = edges[int((counts > counts.max() / 2).argmax())]
-    axis = place + centers[best] @ frame[:2]
-    return (float(radii[best]), axis + start * direction) if start > NEAREST * r else None
+    return float(radii[best]), place + centers[best] @ frame[:2] + start * direction
 
 
 def _circles(flat: Array, normals: Array, tolerance: float) -> tuple[Array, Array]:
     """Return middles and radii of circles through random pairs of points (n, 2) at right angles to their normals."""
     i, j = np.random.default_rng(0).integers(0, len(flat), (2, DRAWS))
     sine = normals[i, 0] * normals[j, 1] - normals[i, 1] * normals[j, 0]
-    i, j, sine = (each[np.abs(sine) > FLAT] for each in (i, j, sine))
+    i, j, sine = (each[np.abs(sine) > SLIGHT] for each in (i, j, sine))
     between = flat[j] - flat[i]
     far = (between[:, 0] * normals[j, 1] - between[:, 1] * normals[j, 0]) / sine
     centers = flat[i] + far[:, None] * normals[i]
@@ -127,7 +92,7 @@ def joined(one: Chain, other: Chain) -> Chain | None:
     u, v = one.directions[-1], other.directions[0]
     base, r, after = one.corners[-2], float(one.radii[-1]), float(other.radii[0])
     across = cross(u, cross(other.corners[0] - one.corners[-1], u))
-    eccentric = norm(across) > COAXIAL * min(r, after)
+    eccentric = norm(across) > LOOSE * min(r, after)  # at first
     if abs(after / r - 1) < ALIKE / 2:  # what began as another pipe was traced back to this one
         return None
     if norm(cross(u, v)) > np.sin(PARALLEL) or u @ v < 0 or (eccentric and not _may_join(r, after, norm(across))):

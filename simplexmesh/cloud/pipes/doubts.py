@@ -27,11 +27,7 @@ def is_peaked(distance: Array, deviation: float) -> bool:
 
 
 def is_round(chain: Chain, points: Array) -> bool:
-    """Return whether points are off the straights of a chain by chance, not on the same sides of them all along.
-
-    The variance of the means of sectors is compared, less that by chance. Pipes that are oval, or seen by stations a
-    little apart, are round too, by up to 4 and 8 % of the radius.
-    """
+    """Return whether points are off the straights of a chain by chance, not on the same sides of them all along."""
     feet = chain.feet(points)
     across = np.stack([np.stack(tangents(along)) for along in chain.directions])[feet.piece // 2]
     x, y = np.einsum("nki,ni->kn", across, feet.normal)

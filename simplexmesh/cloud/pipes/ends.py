@@ -12,8 +12,8 @@ from simplexmesh._base.vectors import dot, norm, normalized, tangents
 from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.cloud.pipes.chain import MOST_ANGLE, Chain, Feet
 from simplexmesh.cloud.pipes.line import PipeLine
-from simplexmesh.cloud.pipes.refining import LOOSE, SUPERFLUOUS, cheaper, near_surface
-from simplexmesh.cloud.pipes.tolerances import BAND, SHORT, SLIGHT
+from simplexmesh.cloud.pipes.refining import SUPERFLUOUS, cheaper, near_surface
+from simplexmesh.cloud.pipes.tolerances import BAND, LOOSE, SEEN, SHORT, SLIGHT
 from simplexmesh.cloud.pipes.tracing._kernels_tracing import STEP
 from simplexmesh.cloud.pipes.tracing.prolonging import BEYOND, prolonged
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
@@ -35,9 +35,6 @@ SECTORS, MUCH = 12, 0.4
 
 FEW = 0.15
 """Points that begin in a sector, as a share of those of the line, beside twice the outliers as far before the rim."""
-
-ON_BOTH_SIDES = 0.2
-"""Share of the points of a straight before a miter, from which on those behind are of a pipe that goes on there."""
 
 
 def with_ends(around: Surroundings, chain: Chain, deviation: float, gap: float, *, bends: bool = False) -> Chain:
@@ -120,10 +117,7 @@ def mitered(around: Surroundings, chain: Chain, deviation: float) -> Chain:
 
 
 def _is_miter(around: Surroundings, chain: Chain, deviation: float, k: int) -> bool:
-    """Whether points up to a corner on both sides are on the two straights, and none where one would go on behind it.
-
-    A run goes on where a branch of its width meets it.
-    """
+    """Whether points up to a corner on both sides are on the two straights, and none where one goes on behind it."""
     feet, corner = chain.feet(around.points), chain.stations[2 * k + 1]
     r = float(chain.radii[0])
     half = r * float(np.tan(chain.angles[k] / 2)) + SHORT * r
@@ -132,7 +126,7 @@ def _is_miter(around: Surroundings, chain: Chain, deviation: float, k: int) -> b
     least = LESS * share_on(feet, 0.0, chain.stations[-1], deviation)
     alike = all(share_on(feet, low, low + half, deviation) >= least for low in (corner - half, corner))
     behind = _behind(around, chain, deviation, k, half), _behind(around, reversed_chain(chain), deviation, -1 - k, half)
-    return alike and all(ON_BOTH_SIDES * side.sum() > more for side, more in zip((before, after), behind, strict=True))
+    return alike and all(SEEN * side.sum() > more for side, more in zip((before, after), behind, strict=True))
 
 
 def _behind(around: Surroundings, chain: Chain, deviation: float, k: int, half: float) -> int:

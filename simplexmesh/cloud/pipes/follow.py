@@ -18,7 +18,7 @@ from simplexmesh.cloud.fitting.refine import WITHIN, steady
 from simplexmesh.cloud.fitting.selection import DECISIVE
 from simplexmesh.cloud.given_cloud import given_cloud
 from simplexmesh.cloud.pipes.chain import Chain
-from simplexmesh.cloud.pipes.diameters import is_joint, joined, next_beside, next_radius
+from simplexmesh.cloud.pipes.diameters import is_joint, joined, next_pipe
 from simplexmesh.cloud.pipes.elements import elements_of
 from simplexmesh.cloud.pipes.ends import (
     are_corners,
@@ -63,8 +63,8 @@ def follow_pipe(
     radius : float or (float, float), optional
         The radius of the pipe, if it is known, or its least and greatest.
     gap : float
-        Longest shadow to jump over, in radii of the pipe; 0 for none. Pipes of other diameters on the same axis, as
-        behind reducers, are looked for within five radii of an end, and eccentric ones within eight, whatever it is.
+        Longest shadow to jump over, in radii of the pipe; 0 for none. Pipes of other diameters, as behind reducers, are
+        looked for within eight radii of an end, whatever it is.
 
     Returns
     -------
@@ -198,30 +198,18 @@ def extended(around: Surroundings, chain: Chain, stops: tuple[str, str], gap: fl
     for _ in range(MOST_CHANGES):
         radius = float(chain.radii[-1])
         there = around if abs(radius / around.radius - 1) < 0.1 else around.of(radius)
-        longer = _coaxial(there, chain, gap) or _eccentric(there, chain, gap)
+        longer = _longer(there, chain, gap)
         if longer is None:
             break
         chain, stops = longer[0], (stops[0], longer[1])
     return chain, stops
 
 
-def _coaxial(around: Surroundings, chain: Chain, gap: float) -> tuple[Chain, str] | None:
-    """Return a chain with the pipe of another radius on its axis behind its end, if there is one, and why that ends."""
-    found = next_radius(around, chain.corners[-1], chain.directions[-1])
-    if found is None:
-        return None
-    with suppress(ValueError):
-        more, ends = run(Beginning(around.of(found[0]), found[1], chain.directions[-1], gap))
-        longer = joined(chain, more)
-        return None if longer is None or longer.eccentric[len(chain.changes)] else (longer, ends[1])
-    return None
-
-
-def _eccentric(around: Surroundings, chain: Chain, gap: float) -> tuple[Chain, str] | None:
-    """Return a chain with the pipe behind an eccentric reducer, if there is one, and why that ends."""
+def _longer(around: Surroundings, chain: Chain, gap: float) -> tuple[Chain, str] | None:
+    """Return a chain with the pipe behind a reducer at its end, if there is one, and why that ends."""
     for one in filter(None, (chain, without_last_bend(chain))):  # a bend may be what the reducer looks like
         along = one.directions[-1]
-        found = next_beside(around, one.corners[-1], along)
+        found = next_pipe(around, one.corners[-1], along)
         if found is None:
             continue
         radius, start = found
@@ -232,8 +220,10 @@ def _eccentric(around: Surroundings, chain: Chain, gap: float) -> tuple[Chain, s
             longer = joined(one, more)
             if longer is None:
                 continue
-            near, k = beside(around, longer, gap), len(one.changes)
-            between = longer.changes[k, 1:]
+            k = len(one.changes)
+            if not longer.eccentric[k]:
+                return longer, ends[1]
+            near, between = beside(around, longer, gap), longer.changes[k, 1:]
             longer, deviation = refined(near, longer)
             if is_joint(near, longer, deviation, k, between):
                 return longer, ends[1]

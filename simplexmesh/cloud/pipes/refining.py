@@ -12,14 +12,11 @@ from simplexmesh._base.vectors import cross, dot, norm, tangents
 from simplexmesh.cloud.fitting.refine import WITHIN
 from simplexmesh.cloud.fitting.solver import solve
 from simplexmesh.cloud.pipes.chain import MOST_ANGLE, Chain
-from simplexmesh.cloud.pipes.tolerances import BAND, FACING, SHORT, SLIGHT
+from simplexmesh.cloud.pipes.tolerances import BAND, FACING, LOOSE, SHORT, SLIGHT
 from simplexmesh.cloud.pipes.tracing._kernels_tracing import STEP
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
 from simplexmesh.numerics.robust import NORMAL_MAD
 from simplexmesh.numerics.round_fits import between_axes
-
-LOOSE = 0.1
-"""Scale of the first loss, in radii: bends are traced as well."""
 
 MOST_NOISE = 0.06
 """Deviation of points from a pipe, in radii: of even points within the first band it is twice that."""
@@ -102,11 +99,7 @@ def fitted(around: Surroundings, chain: Chain, points: Array, loss_scale: float)
 
 
 def covariance_of(chain: Chain, points: Array, loss_scale: float, fixed: Mask) -> Array:
-    """Return the covariance (p, p) of the parameters of a chain that is fitted to points with a loss.
-
-    That of any estimate from sums over the points, whatever their noise is (Huber 1967): of the sums' derivatives and
-    their scatter.
-    """
+    """Return the covariance (p, p) of a chain's parameters, fitted with a loss, whatever the noise is (Huber 1967)."""
     distance = chain.distance(points)
     less = 1 / (1 + (distance / loss_scale) ** 2)
     slope = less**2 - 4 * (distance / loss_scale) ** 2 * less**3
@@ -141,11 +134,7 @@ def simplified(around: Surroundings, chain: Chain) -> Chain:
 
 
 def cheaper(around: Surroundings, chain: Chain, other: Chain, price: float, own: Near | None = None) -> Chain:
-    """Return the second of two chains, fitted again, if it costs less than the first and a price.
-
-    Schwarz' criterion, with the number of points that the two tell apart: of the sums of squares and of fourth powers
-    of what they differ by. What `own` has of the first one is the same for every second one.
-    """
+    """Return a second chain, fitted again, if it costs less than the first and a price by Schwarz' criterion."""
     points, first = own or _fitted_to_near(around, chain)
     scale = LOOSE * around.radius / WITHIN
     moved = first, fitted(around, other, points, scale)

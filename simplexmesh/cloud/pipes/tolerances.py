@@ -6,7 +6,10 @@ FEWEST = 100
 """Points from which a cylinder is told (Chaperon 2002, 6.1.2)."""
 
 BAND = 0.3
-"""Distance from the surface within which points may be of a pipe before it is refined."""
+"""Distance from the surface, or the axis, within which points may be of a pipe before it is refined."""
+
+LOOSE = 0.1
+"""Root mean square of such distances of what is traced, and scale of the first loss."""
 
 FACING = 0.7
 """Cosine of the angle between the normals of a pipe and of its points: those of walls differ more."""
@@ -27,7 +30,10 @@ TRIED = 40
 """Radii that are tried for a bend, in equal ratios."""
 
 SLIGHT = np.radians(10)
-"""Angle between directions traced or fitted to little that may be one."""
+"""Angle between directions traced or fitted to little, or between normals, that may be one."""
+
+SEEN = 0.2
+"""Share of the points that are usual on a pipe from which a part of it is seen."""
 
 ALIKE = 0.08
 """Share by which the radii of two parts may differ that are one pipe."""

@@ -46,10 +46,7 @@ def swept(chain: Chain, edge: float | None) -> tuple[Array, Indices]:
 
 
 def _stations(chain: Chain, size: float) -> Array:
-    """Return where rings are: at the ends of all pieces, and between them at steps of about a size.
-
-    None cut those of miters, which are aslant.
-    """
+    """Return where rings are: at ends of pieces, and between them by about a size where they cut none of miters."""
     changes = [chain.stations[2 * int(j)] + np.array([a, b]) - chain.limits[int(j), 0] for j, a, b in chain.changes]
     marks = np.unique(np.concatenate([chain.stations, *changes]))
     marks = marks[np.append(True, np.diff(marks) > 0.05 * size)]

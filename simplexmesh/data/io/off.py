@@ -22,10 +22,7 @@ if TYPE_CHECKING:
 
 
 def read_off(path: Path) -> TriangleMesh | PointCloud:
-    """Read an OFF file of text, with colors (COFF), normals (NOFF) and places in a texture (STOFF) of the vertices.
-
-    Polygons are triangulated; without any it holds points. As from all files, surfaces have no normals of their own.
-    """
+    """Read an OFF file of text, with colors and places in a texture of its vertices; points without polygons."""
     text = re.sub(r"#.*", "", path.read_text(encoding="latin-1").removeprefix(formats.MARK))
     keyword, _, body = text.lstrip().partition("OFF")
     if body[:8].strip().upper().startswith("BINARY"):

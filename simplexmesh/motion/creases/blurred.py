@@ -30,10 +30,7 @@ LEAST_TURN = 0.15
 
 
 def blur_of(target: Isosurface, mesh: SimplexMesh) -> float:
-    """Return the standard deviation of the blur across an isosurface near the vertices of a mesh, infinite if none.
-
-    That of the Gaussian whose integral has the median slope at the surface, in heights of the step around.
-    """
+    """Return the deviation of the Gaussian blur with the slope of an isosurface near a mesh, infinite if none."""
     voxel = float(np.min(target.volume.spacing))
     gaps = target.gap(mesh.vertices, mesh.normals, WIDEST * voxel)
     known = ~np.isnan(gaps)

@@ -104,10 +104,7 @@ def _apart(one: Array, other: Array) -> float:
 
 
 def joined(lines: Sequence[CreaseLine], side: float) -> list[CreaseLine]:
-    """Return lines without short ones between nodes at which the others would meet in one place.
-
-    All nodes that short lines join are tried together, then the two of each of these lines.
-    """
+    """Return lines without short ones between nodes at which the others would meet in one place."""
     ends = [(k, last) for k, line in enumerate(lines) if not line.closed for last in (0, 1)]
     at = np.array([lines[k].points[-last] for k, last in ends]).reshape(-1, 3)
     places, which = np.unique(at, axis=0, return_inverse=True)

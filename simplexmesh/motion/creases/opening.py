@@ -23,15 +23,7 @@ ARM = 1 / 3
 
 
 class OpenedTriangles:
-    """Closed triangles opened along lines.
-
-    Parameters
-    ----------
-    cut : CutSurface
-        The triangles, and the half-edges on lines.
-    middles : (t, 3, 3) array of float
-        For these the place on the line in the middle between their ends.
-    """
+    """Closed triangles opened along lines, of which `middles` (t, 3, 3) are the places halfway along half-edges."""
 
     def __init__(self, cut: CutSurface, middles: Array) -> None:
         self.vertices, self.start, self.mates = cut.surface.vertices, cut.ends[:, 0], cut.mates

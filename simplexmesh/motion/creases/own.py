@@ -99,10 +99,7 @@ def _touches_itself(surface: TriangleMesh) -> bool:
 
 
 def _least_tangled(cut: CutSurface, count: int, target: Triangles, length: float, report: Progress) -> Sharpened | None:
-    """Return a model along the lines of a surface, of so much length, or None where that is hopeless.
-
-    It is made again with more vertices where it is tangled, until it is nowhere or some attempts are done.
-    """
+    """Return a model along the lines of a surface, of so much length, or None where that is hopeless."""
     weights, vertices = np.ones(cut.surface.n_vertices), cut.surface.vertices
     best, fewest = None, count
     for attempt in range(ATTEMPTS):

@@ -47,10 +47,7 @@ BETWEEN = 1.5
 """Of the distance between random points: no place of their surface in a thousand is farther from all of them."""
 
 ASTRIDE = 2.0
-"""In standard deviations of the noise: points nearer to a crease may belong to either side."""
-
-ROUNDED = 2.0
-"""In standard deviations of the blur: an isosurface is round as near to a crease."""
+"""In standard deviations of the noise or the blur: points nearer to a crease may belong to either side."""
 
 PERTURBATION = 1e-9
 """In mean edges: faces that share exact lines touch, and would cross or not by rounding (Edelsbrunner, Mucke 1990)."""
@@ -89,11 +86,7 @@ class Sharpened:
 def sharpened(
     mesh: SimplexMesh, points: Array, before: Array, target: Any, *, least_angle: float = 0.0
 ) -> Sharpened | None:
-    """Return a closed mesh near points (n, 3), `before` (n,) away, with creases along its edges, or None without any.
-
-    Creases are the sharp edges of a surface through the points, of an angle and more, if these are closer to edges
-    there than to bends.
-    """
+    """Return a closed mesh near points (n, 3), `before` (n,) away, with creases along its edges, or None."""
     if not (before > 0.1 * mean_edge(mesh)).any():
         return None
     noise = float(getattr(target, "noise", 0.0))
@@ -115,11 +108,7 @@ def sharpened(
 
 
 def sharpened_volume(mesh: SimplexMesh, points: Array, away: Array, target: Isosurface) -> Sharpened | None:
-    """Return a closed mesh near points of an isosurface with the sharp edges of the object, or None if it has none.
-
-    `away` (n,) are the distances of the points. Creases are lines on the isosurface that are sharp but for the blur of
-    the volume, if most of them are; the sides beyond that blur tell where they meet.
-    """
+    """Return a closed mesh near points, `away` (n,) from it, of an isosurface with blurred edges, or None."""
     blur = blur_of(target, mesh)
     if np.isinf(blur):
         return None
@@ -131,7 +120,7 @@ def sharpened_volume(mesh: SimplexMesh, points: Array, away: Array, target: Isos
     chosen = [line for line, of_two_sides in zip(lines, sharp, strict=True) if of_two_sides]
     if _length(chosen) <= MOST * _length(lines):
         return None
-    return _laid(Scene(mesh, chosen, points, target, ROUNDED * blur, resolution(mesh.area / len(points), noise)))
+    return _laid(Scene(mesh, chosen, points, target, ASTRIDE * blur, resolution(mesh.area / len(points), noise)))
 
 
 def _length(lines: Sequence[CreaseLine]) -> float:
@@ -141,10 +130,7 @@ def _length(lines: Sequence[CreaseLine]) -> float:
 
 @dataclass(frozen=True)
 class Scene:
-    """A smooth mesh, lines to be laid on it, and data: points nearer to a crease than `rounded` belong to no side.
-
-    The lines are as exact as a surface whose triangles have edges of `resolution` tells them.
-    """
+    """A smooth mesh, lines to be laid on it, and data: points nearer to a crease than `rounded` belong to no side."""
 
     mesh: SimplexMesh
     lines: Sequence[CreaseLine]

@@ -44,10 +44,7 @@ def _bend(tri, normal, h):
 
 @njit(cache=True, error_model="numpy")
 def _gain(tri, h):
-    """Return by how much a flip lowers the sum of the five angles of two triangles with others and each other.
-
-    Negative where a new triangle would face against the two.
-    """
+    """Return by how much a flip lowers the sum of five angles of two triangles; negative where one turns over."""
     g = tri.mates[h]
     bc, ca, ad, db = following(h), previous(h), following(g), previous(g)
     a, b, c, d = tri.corners[h], tri.corners[bc], tri.corners[ca], tri.corners[db]
@@ -92,11 +89,7 @@ def _evening(tri, h):
 
 @njit(cache=True, error_model="numpy")
 def flip_edges(tri, spheres, change, longest, even):
-    """Flip edges in place, in sweeps until none is left to flip.
-
-    An edge is flipped if that has a `_gain`, or an `_evening` if wanted, all spheres touch the surface still, and the
-    new edge is not too long.
-    """
+    """Flip edges in place while that gains or evens, spheres touch the surface and new edges are not too long."""
     for _ in range(MOST_SWEEPS):
         flips = 0
         for h in range(len(tri.mates)):

@@ -185,10 +185,7 @@ def _cost(tri, quadrics, u, v, evenness):
 
 @njit(cache=True, error_model="numpy")
 def _candidates(tri, quadrics, first, order, found, costs):
-    """List the half-edges that start where `first` does, the cheapest to shrink first; return their number.
-
-    None starts at a vertex that may not go: one that is frozen, or has more neighbors than there is room for.
-    """
+    """List the half-edges from where `first` starts, the cheapest first; return how many, 0 if that may not go."""
     u, count, k = tri.corners[first], 0, first
     while True:
         v = tri.corners[following(k)]

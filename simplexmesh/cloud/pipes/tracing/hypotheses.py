@@ -16,7 +16,7 @@ from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import cross, dot, norm, tangents
 from simplexmesh.cloud.extraction.working import FEW, from_quadrics
 from simplexmesh.cloud.fitting.refine import WITHIN
-from simplexmesh.cloud.pipes.tolerances import FEWEST
+from simplexmesh.cloud.pipes.tolerances import FACING, FEWEST
 from simplexmesh.cloud.pipes.tracing import _kernels_tracing
 from simplexmesh.data.primitives import Cylinder
 from simplexmesh.numerics.plane_fits import fitted
@@ -32,9 +32,6 @@ TURNED, ACROSS = 0.15, 0.2
 
 TRIED, PAIRED = 64, 24
 """Points whose normals tell axes, and points of which each pair tells a circle, at most."""
-
-ALIGNED = 0.8
-"""Cosine between the normals of a circle and of its points, at least."""
 
 FLAT = 100.0
 """Radius over that of a neighborhood from which it is flat: its cylinder would be looked for in the whole cloud."""
@@ -57,10 +54,7 @@ def noise_at(tree: cKDTree, place: Array) -> float:
 
 
 def hypotheses(tree: cKDTree, place: Array, limits: tuple[float, float], noise: float) -> Iterator[Cylinder]:
-    """Yield the cylinders through a point of a tree, with radii within limits, that most of ever more neighbors are on.
-
-    Each has its point at the place's height.
-    """
+    """Yield the cylinders through a place, of radii within limits, that most of ever more of its neighbors are on."""
     points = np.asarray(tree.data)
     near = points[tree.query(place, k=[*range(1, min(SIZES[-1], tree.n) + 1)])[1]]
     around = tree.query(near, k=[*range(1, min(NORMALS[-1], tree.n) + 1)])[1]
@@ -105,6 +99,6 @@ def circle_of(away: Array, normals: Array, axis: Array, limits: tuple[float, flo
     centers *= (radii / seen)[:, None]
     support = np.zeros(len(centers))
     band = WITHIN * max(noise, 1e-9 * size)
-    _kernels_tracing.fill_supports(flat, facing, centers, radii, band, ALIGNED, support)
+    _kernels_tracing.fill_supports(flat, facing, centers, radii, band, FACING, support)
     k = int(support.argmax())
     return Fitting(float(support[k]), centers[k] @ frame, axis, float(radii[k]))

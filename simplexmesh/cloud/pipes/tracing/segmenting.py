@@ -10,18 +10,12 @@ import numpy as np
 from simplexmesh._base.arrays import Array
 from simplexmesh._base.vectors import cross, dot, norm, normalized
 from simplexmesh.cloud.pipes.chain import Chain, chain_of
-from simplexmesh.cloud.pipes.tolerances import MEETING, PARALLEL, SHORT, TRIED
+from simplexmesh.cloud.pipes.tolerances import LOOSE, MEETING, PARALLEL, SHORT, TRIED
 from simplexmesh.cloud.pipes.tracing.tracking import Track
 from simplexmesh.numerics.round_fits import between_axes
 
 STRAIGHT = 0.03
 """Root mean square distance of traced places from the axis of a straight, in radii, as all lengths below."""
-
-LONG = 4.0
-"""Length from which a stretch is surely straight: one within the distance above has a bend radius of 20 at least."""
-
-BENT = 0.1
-"""Root mean square distance of traced places from a bend, whose plane follows from two axes alone."""
 
 LEAVES = 0.12
 """Distance from the axis of the last straight at which the end of a track is a bend, until points tell otherwise."""
@@ -55,10 +49,7 @@ def segmented(track: Track, radius: float) -> Chain:
 
 
 def bend_between(one: Straight, other: Straight, points: Array) -> tuple[Array, float, float] | None:
-    """Return corner, bend radius, and root mean square distance of the places between two straights from the best bend.
-
-    None where their axes do not meet between them.
-    """
+    """Return corner and radius of the best bend between straights that meet, and how far places are off it."""
     u, v = one.direction, other.direction
     turn = float(np.arctan2(norm(cross(u, v)), u @ v))
     if turn < PARALLEL or turn > np.pi - PARALLEL:
@@ -78,7 +69,7 @@ def bend_between(one: Straight, other: Straight, points: Array) -> tuple[Array, 
     off = np.where(on_arc, np.hypot(t, depth - b) - radii, t * np.sin(turn / 2) - b * np.cos(turn / 2))
     inner = slice(one.last - one.first, len(between) - (other.last - other.first))
     miss = np.sqrt((off**2 + h**2)[:, inner].mean(axis=1))
-    whole = (np.minimum(off**2, 4 * BENT**2)).mean(axis=1)  # of the straights too, which a bend too wide would cut
+    whole = (np.minimum(off**2, 4 * LOOSE**2)).mean(axis=1)  # of the straights too, which a bend too wide would cut
     best = int(whole.argmin())
     return corner, float(radii[best, 0]), float(miss[best])
 
@@ -91,7 +82,7 @@ def _long_stretches(points: Array, directions: Array) -> list[Straight]:
     while True:
         runs = [(norm(points[j] - points[i]), i, j) for i, j in enumerate(lasts) if not taken[i : j + 1].any()]
         length, i, j = max(runs, default=(0.0, 0, 0))
-        if length < LONG:
+        if length < 2 * SHORT:
             return sorted(found, key=lambda straight: straight.first)
         taken[i : j + 1] = True
         found.append(_fitted(points, directions, i, j))
@@ -156,7 +147,7 @@ def _between(one: Straight, other: Straight, points: Array, directions: Array) -
     if high < low or _collinear(one, other, points):
         return None
     bend = bend_between(one, other, points)
-    if bend is not None and bend[2] < BENT:
+    if bend is not None and bend[2] < LOOSE:
         return None
     run = _longest(points, directions, low, high)
     if norm(points[run.last] - points[run.first]) > 2 * SHORT:
@@ -177,7 +168,7 @@ def _collinear(one: Straight, other: Straight, points: Array) -> bool:
     part = points[one.first : other.last + 1]
     turn = np.arccos(np.clip(one.direction @ other.direction, -1, 1))
     off = norm(cross(part - part.mean(axis=0), normalized(part[-1] - part[0])))
-    return bool(turn < PARALLEL and np.sqrt((off**2).mean()) < BENT)
+    return bool(turn < PARALLEL and np.sqrt((off**2).mean()) < LOOSE)
 
 
 def _chain(straights: list[Straight], points: Array, radius: float) -> Chain:

@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import norm, normalized
-from simplexmesh.cloud.pipes.tolerances import ALIKE, MEETING, SHORT, SLIGHT
+from simplexmesh.cloud.pipes.tolerances import ALIKE, BAND, MEETING, SEEN, SHORT, SLIGHT
 from simplexmesh.cloud.pipes.tracing import _kernels_tracing
 from simplexmesh.cloud.pipes.tracing._kernels_tracing import STEP
 from simplexmesh.cloud.pipes.tracing.surroundings import Surroundings
@@ -26,9 +26,6 @@ from simplexmesh.numerics.round_fits import between_axes
 
 SPREAD = 0.05
 """Least eigenvalue of the normals' moments over their sum: that of an arc of 45 degrees; that of a wall is 0."""
-
-SUPPORT = 0.2
-"""Points on a step, as a share of those usual on the line so far."""
 
 JUMP = 5.0
 """Shadow that is jumped over (Chaperon 2002, 3.2.5)."""
@@ -41,9 +38,6 @@ MOST_TURN = np.radians(110)
 
 MOST_GATHERED = 3000
 """Points behind a shadow that are looked at."""
-
-ON_AXIS = 0.3
-"""Distance from an axis that is known of a place where points gather."""
 
 CROSSING = 0.8
 """Distance from a place long passed at which a pipe would be in itself."""
@@ -87,10 +81,7 @@ class Track:
 
 
 def traced(around: Surroundings, known: list[Step], *, jump: float = JUMP) -> Track:
-    """Return the track of a pipe both ways from steps that are known of it.
-
-    One that comes back to where it begins is closed: the other way is the same.
-    """
+    """Return the track of a pipe both ways from known steps of it, or one way if that comes back to them."""
     onward, end = _followed(around, known.copy(), jump)
     if end == "closed" and norm(onward[-1].point - known[0].point) < 3 * STEP * around.radius:
         return Track(onward, [end, end])
@@ -111,7 +102,7 @@ def along(around: Surroundings, point: Array, direction: Array, stretch: tuple[f
     return [
         step._replace(point=place, direction=direction)
         for place, step in found
-        if step is not None and step.spread > SPREAD and norm(step.point - place) < ON_AXIS * r
+        if step is not None and step.spread > SPREAD and norm(step.point - place) < BAND * r
     ]
 
 
@@ -161,7 +152,7 @@ def _goes_on(steps: list[Step], step: Step, r: float) -> bool:
     wider = step.excess - _usual_excess(steps)
     return bool(
         abs(wider) < ALIKE
-        and step.support > SUPPORT * usual
+        and step.support > SEEN * usual
         and step.spread > SPREAD
         and 0.5 * STEP * r < onward < 2 * STEP * r
         and step.direction @ last.direction > np.cos(np.radians(45))
@@ -191,7 +182,7 @@ def _beyond(around: Surroundings, steps: list[Step], jump: float) -> list[Step]:
         if any(norm(np.array([s.point for s in part]) - place).min() < r for _, part in found):
             continue
         step = settled(around, place, direction)
-        if step is None or step.support < SUPPORT * usual or abs(step.excess - excess) > ALIKE:
+        if step is None or step.support < SEEN * usual or abs(step.excess - excess) > ALIKE:
             continue
         step = _onward(step, last)
         if step is None or not any(_meets(before, step, r, jump) for before in steps[-BACK:]):

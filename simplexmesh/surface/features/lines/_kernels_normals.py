@@ -51,10 +51,7 @@ def _guide(patch, spreads, least_gain):
 
 @by_rows()
 def fill_guides(begin, end, offsets, members, normals, means, spreads, least_gain, limits, guides):
-    """Fill the mean normal of the most consistent patch that holds each triangle, its own unless that is far better.
-
-    Where even that differs by more than its limit, it is the triangle's normal.
-    """
+    """Fill the mean normal of the most consistent patch around triangles, their own where it differs too much."""
     for t in range(begin, end):
         best = _guide(members[offsets[t] : offsets[t + 1]], spreads, least_gain)
         pure = spreads[best] <= limits[best]

@@ -25,9 +25,9 @@ STANDING_OUT = 5.0
 ROUND = 0.35
 """In radians: a jump by less may be that of a side which bends by as much over an edge, as fillets do."""
 
-FILLET, STRADDLING, STEEP = 1.3, 0.3, 1.3
-"""A line on a fillet jumps by less than both sides bend over so many edges, in narrow windows where triangles that may
-straddle it have this weight; and by less than this, in radians, in wide ones, where a crease shows all of its angle."""
+FILLET, STEEP = 1.3, 1.3
+"""A line on a fillet jumps by less than both sides bend over so many edges, in narrow windows; and by less than this,
+in radians, in wide ones, where a crease shows all of its angle."""
 
 FEW = 0.25
 """Share of edges beside normals that are not exact, below which these do not tell an ordinary jump: rims alone."""
@@ -41,17 +41,15 @@ SHARP = 0.8
 ROUNDS = 2
 """Of finding jumps: in the second, windows see past what was none in the first."""
 
-EDGE = 0.8
-"""Share of what whole lines need that a single edge must have."""
+PART = 0.8
+"""Share of what whole lines need that a single edge must have; and of an angle, what triangles that straddle a crease
+leave of it while it is looked for."""
 
 NEAR, ASTRIDE = 0.1, 0.003
 """Weights of triangles that may straddle a crease, and of those that do: at lines known to be off it."""
 
 OFF = 0.2
 """In edges of the mesh: lines whose edges are off their crease by less follow it."""
-
-BIAS = 0.8
-"""Of the angle, what triangles that straddle a crease leave of it while it is looked for."""
 
 SAMPLE = 1000
 """Edges at which the ordinary jump is measured."""
@@ -98,15 +96,13 @@ class FilteredSurface:
         out: Mask = touched[self.edges.facets.faces].any(axis=1) & ~self.exact
         return out
 
-    def jumps_at(
-        self, at: Mask, stops: Mask, off: Mask | None = None, near: float = NEAR
-    ) -> tuple[Array, Array, Array, Array]:
+    def jumps_at(self, at: Mask, stops: Mask, off: Mask | None = None) -> tuple[Array, Array, Array, Array]:
         """Return jumps (e,) of the normal, places and directions (e, 3) and bendings (e,) `at` some edges, 0 elsewhere.
 
-        Triangles that may straddle these edges have the weight `near`, at those that are `off` hardly any; no window
+        Triangles that may straddle these edges have little weight, at those that are `off` hardly any; no window
         crosses those that are `stops`.
         """
-        weights, stops = np.where(self.straddling(at), near, 1.0), self.edges.halved(stops)
+        weights, stops = np.where(self.straddling(at), NEAR, 1.0), self.edges.halved(stops)
         if off is not None:
             weights[self.straddling(off)] = ASTRIDE
         sides = _kernels_jumps.Sides(self.normals, weights, self.exact, stops)
@@ -167,11 +163,11 @@ def creases(vertices: Array, faces: Indices, mates: Indices, angle: float) -> Cr
     facets, normals, exact = sampled(vertices, faces, mates)
     surface = FilteredSurface(Edges(facets), normals, exact)
     chosen, strengths = surface.bends > 0.5 * min(DEFAULT_ANGLE, angle), surface.bends
-    biased = max(min(DEFAULT_ANGLE, angle), BIAS * angle)
+    biased = max(min(DEFAULT_ANGLE, angle), PART * angle)
     ordinary = np.maximum(biased, STANDING_OUT * _ordinary_jumps(surface))
     for _ in range(ROUNDS):
         strengths, least = _measured(surface, chosen, strengths, ordinary)
-        chosen = chosen & (strengths > EDGE * least)
+        chosen = chosen & (strengths > PART * least)
     found = surface.creases_at(_cleaned(surface, chosen, strengths, ordinary, least))
     if not surface.edges.facets.simplified and (found.chosen != (kept := _without_fillets(found))).any():
         found = surface.creases_at(kept)
@@ -180,7 +176,7 @@ def creases(vertices: Array, faces: Indices, mates: Indices, angle: float) -> Cr
         return np.minimum(lines.mean(found.jumps) - angle, lines.mean(found.biased) - biased)
 
     chosen = found.edges.without_weakest(found.chosen, strength)
-    chosen = found.edges.trimmed(chosen, found.jumps < EDGE * angle)
+    chosen = found.edges.trimmed(chosen, found.jumps < PART * angle)
     chosen = found.edges.pruned(chosen, SHORTEST * found.scales)
     return replace(found, chosen=chosen)
 
@@ -231,13 +227,10 @@ def _cleaned(surface: FilteredSurface, chosen: Mask, jumps: Array, ordinary: Arr
 
 
 def _without_fillets(found: Creases) -> Mask:
-    """Return edges without lines on fillets, past which windows see that noise widens; short ones tell little.
-
-    Narrow windows tell by how much sides bend: noise is less in the mean of a line.
-    """
+    """Return edges without lines on fillets, past which windows see that noise widens; short ones tell little."""
     edges, facets, shortest = found.edges, found.edges.facets, SHORTEST * found.scales
     narrow = replace(found.settled, edges=Edges(facets._replace(noise=np.zeros_like(facets.noise))))
-    jumps, *_, bendings = narrow.jumps_at(found.chosen, found.chosen, near=STRADDLING)
+    jumps, *_, bendings = narrow.jumps_at(found.chosen, found.chosen)
     lines, excess = edges.chains(found.chosen), np.zeros(len(found.chosen))
     telling = (lines.total(edges.lengths) > lines.mean(shortest)) & (lines.mean(found.jumps) < STEEP)
     those = lines.edges[np.repeat(telling, np.diff(lines.offsets))]

@@ -149,10 +149,7 @@ class Edges:
     def without_weakest(
         self, chosen: Mask, strength: Callable[[Chains], Array], weak: Callable[[Indices], Indices] = np.asarray
     ) -> Mask:
-        """Return edges without lines of strengths (c,) below 0, the weakest first; lines that met in its ends join.
-
-        Of the edges of such a line those go that are `weak`: all by default.
-        """
+        """Return edges without the `weak` ones of lines of strengths (c,) below 0, the weakest first."""
         chosen = chosen.copy()
         while True:
             lines = self.chains(chosen)
@@ -176,7 +173,7 @@ class Edges:
         """Return edges without lines that end freely and are shorter than the mean of `shortest` (e,) along them."""
 
         def strength(lines: Chains) -> Array:
-            free = self.free(chosen_edges(lines, len(chosen)))[lines.ends].any(axis=1)
+            free = self.free(np.isin(np.arange(len(chosen)), lines.edges))[lines.ends].any(axis=1)
             return np.where(free, lines.total(self.lengths) - lines.mean(shortest), 1.0)
 
         return self.without_weakest(chosen, strength)
@@ -216,10 +213,7 @@ class Edges:
                 return chosen
 
     def bridged(self, chosen: Mask, costs: Array, most: Array) -> Mask:
-        """Return edges with each free end led to a line nearby by the cheapest path, of cost (e,) up to `most` (n,).
-
-        Ends with a short edge are led first, so that it hardly matters how vertices are numbered.
-        """
+        """Return edges with each free end led to a line nearby by the cheapest path, of cost (e,) up to `most` (n,)."""
         chosen, unchosen, degrees = chosen.copy(), ~chosen, self.degrees(chosen)
         free, own = np.flatnonzero(self.free(chosen)), self.ends[chosen].ravel()
         last = np.bincount(own, np.repeat(self.lengths[chosen], 2), len(degrees))
@@ -260,10 +254,7 @@ class Edges:
     def _reached(
         self, start: int, usable: Mask, costs: Array, most: float, came: dict[int, int]
     ) -> Iterator[tuple[int, float]]:
-        """Yield the vertices reached along usable edges with their costs up to a limit, the cheapest first.
-
-        `came` is filled with the edge by which each was reached.
-        """
+        """Yield vertices reached along usable edges and costs, the cheapest first; `came` gets the edges to them."""
         reached, queue = {start: 0.0}, [(0.0, start)]
         while queue:
             cost, vertex = heapq.heappop(queue)
@@ -278,10 +269,3 @@ class Edges:
                 if more < reached.get(other, np.inf):
                     reached[other], came[other] = more, edge
                     heapq.heappush(queue, (more, other))
-
-
-def chosen_edges(lines: Chains, count: int) -> Mask:
-    """Return the mask (count,) of the edges of lines."""
-    out = np.zeros(count, bool)
-    out[lines.edges] = True
-    return out

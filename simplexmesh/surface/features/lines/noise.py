@@ -7,7 +7,7 @@ import numpy as np
 from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import cross, dot, norm
 from simplexmesh.surface.features.lines.facets import SIMPLIFIED, Facets
-from simplexmesh.surface.features.lines.residuals import residual_noise
+from simplexmesh.surface.features.lines.residuals import FEW, residual_noise
 
 REGION = 2000
 """Most edges that tell the noise of a region, to about a tenth."""
@@ -117,8 +117,8 @@ TELLING, LESSER = 100, 0.25
 SHAPE = 0.5
 """Of the bends: vertices nearer to smooth surfaces show that these are of tessellation, as noise moves both alike."""
 
-FEW, DEVIATION, HALF_DEVIATION = 0.15, 0.18912, 0.67449
-"""A share, and the values below which so many and half of the absolute values of a standard normal distribution are."""
+DEVIATION, HALF_DEVIATION = 0.18912, 0.67449
+"""Values below which those few and half of the absolute values of a standard normal distribution are."""
 
 
 def _after(half: Indices) -> Indices:

@@ -19,7 +19,7 @@ HOLD = 1e-9
 """Keeps fits to points along a line from being singular."""
 
 FEW, DEVIATION = 0.15, 0.666
-"""A share, and the root mean square below which so many are of six residuals with a standard normal distribution."""
+"""A share that tells noise, and the root mean square below which so many are of six standard normal residuals."""
 
 
 def residual_noise(facets: Facets) -> float:

@@ -10,11 +10,7 @@ from simplexmesh._base._kernels_njit import njit
 
 @njit(cache=True)
 def grow(labels, order, values, tolerance, mates, closed):
-    """Label triangles that have none, -1, zone by zone from seeds in order, and return the number of zones.
-
-    A zone takes triangles across edges that are not `closed` (3t,) while their value differs from the seed's by no
-    more than the tolerance.
-    """
+    """Label unlabeled triangles by zones from seeds in order, up to `closed` (3t,) edges and other values."""
     zones, queue = 0, np.empty(len(labels), np.int64)
     for seed in order:
         if labels[seed] >= 0:

@@ -17,11 +17,7 @@ NARROW, WIDE = 3.0, 10.0
 
 
 def bending(found: Creases, labels: Indices) -> Array:
-    """Return the root (t,) of the sum of the squared principal curvatures at triangles, per length.
-
-    The normals of the triangles around, in a window but in the same zone, never beyond a sharp edge (Veron et al. 1998,
-    section 3), are fitted by a linear function along the surface; this is the norm of its matrix.
-    """
+    """Return the norms (t,) of the curvature of normals fitted in windows within zones (Veron et al. 1998, 3)."""
     facets, n = found.edges.facets, len(labels)
     scale = float(facets.scales.mean())
     radii = np.maximum(NARROW * scale, WIDE * np.sqrt(facets.noise * scale))

@@ -87,7 +87,8 @@ class Zones:
     @cached_property
     def _fits(self) -> list[tuple[str, float]]:
         """The kind and rms of each zone; rims on chords of a clean ball make it a free form, which it is not inside."""
-        clear, inside = (_others(off, self.mesh.n_vertices) for off in (self._astride, self._between))
+        every = np.arange(self.mesh.n_vertices)
+        clear, inside = (np.isin(every, off, invert=True) for off in (self._astride, self._between))
         out = []
         for k in range(len(self)):
             fit = self._fit(k, clear, clear)
@@ -303,11 +304,6 @@ class Zones:
             raise ValueError(f"path must end in .vtp, .json or .stl, not {path.name!r}")
 
 
-def _others(gone: Indices, count: int) -> Mask:
-    """Return which of so many rows are not gone."""
-    return np.isin(np.arange(count), gone, invert=True)
-
-
 def _most_inside(rows: Indices, inside: Mask) -> Indices:
     """Return the rows that are inside a zone if they are enough, else all."""
     inner = rows[inside[rows]]
@@ -318,5 +314,6 @@ def zoned(network: FeatureNetwork, parts: Indices) -> Zones:
     """Return the zones of labels (t,) of the parts between lines, the largest first."""
     found = network._found
     labels = sided(parts, found, network._centered)
-    rank = edits.by_size(labels, found.edges.facets.areas)
+    areas, unused = np.bincount(labels, found.edges.facets.areas), np.bincount(labels) == 0
+    rank = np.argsort(np.lexsort((-areas, unused)))
     return Zones(network, checks.frozen(rank[labels]), checks.frozen(rank[parts]))
