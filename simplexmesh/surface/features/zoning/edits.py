@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplexmesh._base.arrays import Indices, Mask
+from simplexmesh._base.arrays import Array, Indices, Mask
 from simplexmesh.surface.features.lines.edge_sets import Edges
 
 MOST_SWEEPS = 100
 """Of smoothing; each shortens the boundaries, and few are needed."""
+
+
+def by_size(labels: Indices, areas: Array) -> Indices:
+    """Return the place (z,) of each zone, the largest first; labels need not be consecutive."""
+    return np.argsort(np.lexsort((-np.bincount(labels, areas), np.bincount(labels) == 0)))
 
 
 def in_pieces(labels: Indices, edges: Edges) -> Indices:

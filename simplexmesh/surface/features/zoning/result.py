@@ -314,6 +314,5 @@ def zoned(network: FeatureNetwork, parts: Indices) -> Zones:
     """Return the zones of labels (t,) of the parts between lines, the largest first."""
     found = network._found
     labels = sided(parts, found, network._centered)
-    areas, unused = np.bincount(labels, found.edges.facets.areas), np.bincount(labels) == 0
-    rank = np.argsort(np.lexsort((-areas, unused)))
+    rank = edits.by_size(labels, found.edges.facets.areas)
     return Zones(network, checks.frozen(rank[labels]), checks.frozen(rank[parts]))
