@@ -58,13 +58,13 @@ def solve(
     choice, it is the one nearest to the middle of the points.
     """
     start: Any = primitive
-    plain = isinstance(start, Primitive) and type(start).normal_equations is Primitive.normal_equations
-    if fixed is None and isinstance(start, Primitive) and not plain:
+    if fixed is None and isinstance(start, Primitive):
         start = start.centered(points)
     taper = _taper(start, points, fixed)  # its parameters are those of the cone but for the fifth, which is not held
     start = start if taper is None else taper
     rounding = len(points) * (np.finfo(float).eps * float(np.abs(points).max())) ** 2
     settings = (points, weights, loss_scale), fixed, iterations, (tolerance, rounding)
+    plain = isinstance(start, Primitive) and type(start).normal_equations is Primitive.normal_equations
     found: Any = (surface_descended if plain else descended)(start, *settings)
     return cast(Model, found if taper is None else found.cone())
 
@@ -81,8 +81,7 @@ def surface_descended(start: Primitive, given: Weighed, fixed: Mask | None, iter
     points, weights, loss_scale = given
     free = ~(np.zeros(start.n_parameters, bool) if fixed is None else fixed)
     at = np.ascontiguousarray(points), NO_WEIGHTS if weights is None else weights, float(loss_scale or np.inf)
-    surface = start._surface if fixed is not None else start._surface._replace(origin=start._nearest(points))
-    found = kernels.descend(surface, start._columns(), at, free, iterations, least)
+    found = kernels.descend(start._surface, start._columns(), at, free, iterations, least)
     return start._with(found.origin, found.frame[2], *found.shape.tolist())
 
 

@@ -213,8 +213,13 @@ class Primitive:
 
     def centered(self, points: ArrayLike) -> Self:
         """Return the same surface, where it has a choice with the point nearest to the middle of points (n, 3)."""
-        place = self._nearest(checks.array("points", points, (None, 3)))
-        return self if place is self._pose[0] else self._with(place, self._pose[1], *self._shape)
+        free = [k for k in range(3) if k + 2 not in self._moves]
+        if not free:
+            return self
+        origin, axis = self._pose
+        along = self.frame[free]
+        to = checks.array("points", points, (None, 3)).mean(axis=0) - origin
+        return self._with(origin + (to @ along.T) @ along, axis, *self._shape)
 
     def aligned(self, points: Array) -> Self:
         """Return the same surface, where it has a choice with coordinates along the sides of points (n, 3) of it."""
@@ -312,14 +317,6 @@ class Primitive:
         if self.extent is not None:
             met &= patch.inside(self.coordinates(at), self.extent, self.periods)
         return np.where(met, way, np.nan)
-
-    def _nearest(self, points: Array) -> Array:
-        """Return its point, where it has a choice the one nearest to the middle of points (n, 3)."""
-        origin, free = self._pose[0], [k for k in range(3) if k + 2 not in self._moves]
-        if not free:
-            return origin
-        along = self.frame[free]
-        return origin + ((points.mean(axis=0) - origin) @ along.T) @ along
 
     def _telling(self, points: Array, noise: float) -> Mask:
         """Return which points (n, 3) tell how well the parameters are known."""
