@@ -19,9 +19,6 @@ from simplexmesh.data.columns import are_colors, as_colors
 COARSE = 1e-4
 """Steps of coordinates, in the extent of the cloud, that are told: in a plant of ten meters a millimeter."""
 
-ODD = np.array([0x1E3779B97F4A7C15, 0x3F58476D1CE4E5B9, 0x14D049BB133111EB])
-"""Factors that tell rows of three numbers from each other by sums of products modulo 2^64, if by chance not all."""
-
 SOME = 1000
 """Points whose digits are looked at."""
 
@@ -203,10 +200,6 @@ def cloud_of_file(
 def distinct(positions: Array) -> tuple[Indices, Indices]:
     """Return the first row of each distinct position, in order of appearance, and the index among them of each row."""
     plus_zero: Array = np.ascontiguousarray(positions + 0.0, dtype=np.float64)
-    bits = plus_zero.view(np.int64).reshape(-1, 3)
-    keys = np.sort((bits ^ bits >> 32) @ ODD)  # equal ones of equal rows
-    if (keys[1:] != keys[:-1]).all():
-        return np.arange(len(bits)), np.arange(len(bits))
     rows = plus_zero.view(np.dtype((np.void, 24))).reshape(-1)
     _, first, inverse = np.unique(rows, return_index=True, return_inverse=True)
     order = np.argsort(first)
