@@ -134,7 +134,7 @@ def settled(work: Working, state: Parts) -> Array:
 
 def without_superfluous(work: Working, state: Parts, limits: Limits, cost: Array) -> Parts:
     """Return the state without primitives that have too few points, or whose points others explain as well."""
-    np.minimum(cost, NONE, out=cost)
+    cost = np.minimum(cost, NONE)
     sizes = [len(each) for each in state.members()]
     kept = np.ones(len(state.primitives), bool)
     bound = {k for bend in state.bends for k in (bend.first, bend.second)} | set(
