@@ -11,11 +11,11 @@ from simplexmesh._base.arrays import Array, Indices
 from simplexmesh._base.vectors import dot, norm, sums, triangle_vectors
 
 ROUNDING = 1e-6
-"""Triangles turned over by less than this times the squared area of their polygon are due to rounding."""
+"""Of the squared area of a polygon: triangles of less area along with it are flat or turned over."""
 
 
 def triangulated(points: Array, sizes: Indices, flat: NDArray[Any]) -> Indices:
-    """Return the triangles of polygons in their order: fans, or cut by VTK where a fan would turn a triangle over."""
+    """Return the triangles of polygons in their order: fans, or cut by VTK where these are flat or turned over."""
     triangles = fans(sizes, flat)
     if sizes.max(initial=0) <= 3 or not 0 <= triangles.min() <= triangles.max() < len(points):
         return triangles
@@ -27,19 +27,19 @@ def triangulated(points: Array, sizes: Indices, flat: NDArray[Any]) -> Indices:
     polygon = np.repeat(np.arange(len(sizes)), np.maximum(sizes - 2, 0))
     areas = triangle_vectors(points, triangles)
     whole = sums(areas, polygon, len(sizes))
-    turned = dot(areas, whole[polygon]) < -ROUNDING * dot(whole, whole)[polygon]
-    concave = np.unique(polygon[turned])
-    if not len(concave):
+    bad = dot(areas, whole[polygon]) < ROUNDING * dot(whole, whole)[polygon]
+    wrong = np.unique(polygon[bad])
+    if not len(wrong):
         return triangles
     from simplexmesh.data.io import polydata
 
-    corners = _whole(flat)[np.repeat(np.isin(np.arange(len(sizes)), concave), sizes)]
+    corners = _whole(flat)[np.repeat(np.isin(np.arange(len(sizes)), wrong), sizes)]
     used, corners = np.unique(corners, return_inverse=True)
-    pieces, of = polydata.polygon_triangles(points[used], sizes[concave], corners.reshape(-1))
-    pieces, of = used[pieces], concave[of]
+    pieces, of = polydata.polygon_triangles(points[used], sizes[wrong], corners.reshape(-1))
+    pieces, of = used[pieces], wrong[of]
     missing = sums(triangle_vectors(points, pieces), of, len(sizes)) - whole
     complete = norm(missing) <= ROUNDING * norm(whole)
-    kept, cut = ~(complete & np.isin(np.arange(len(sizes)), concave))[polygon], complete[of]
+    kept, cut = ~(complete & np.isin(np.arange(len(sizes)), wrong))[polygon], complete[of]
     order = np.argsort(np.concatenate([polygon[kept], of[cut]]), kind="stable")
     return np.concatenate([triangles[kept], pieces[cut]])[order]
 

@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial.transform import Rotation
 
 import simplexmesh as sm
+from simplexmesh._base.vectors import triangle_vectors
 from simplexmesh.data.io import polygons
 
 NOTCHED = np.array([[0, 0, 0], [2, 0, 0], [0.5, 1, 0], [2, 2, 0], [0, 2, 0]])  # a pentagon of area 2.5
@@ -108,3 +109,12 @@ def test_corners_are_whole_numbers(corner):
     assert_array_equal(polygons.triangulated(NOTCHED, sizes, flat), [[0, 1, 2]])
     with pytest.raises(ValueError, match="whole numbers"):
         polygons.triangulated(NOTCHED, sizes, np.array([0, 1, corner]))
+
+
+@pytest.mark.parametrize("first", range(5))
+def test_corners_on_a_line_give_no_flat_triangles(first):
+    points = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0]], float)
+    found = polygons.triangulated(points, np.array([5]), np.roll(np.arange(5), -first))
+    twice = triangle_vectors(points, found)[:, 2]
+    assert twice.min() > 0.5
+    assert twice.sum() == pytest.approx(4)
