@@ -100,7 +100,7 @@ def sharpen(run: Run) -> None:
     points = run.points if volume else run.data.samples().points
     away = run.away(points)
     rows = np.flatnonzero(away <= reach)  # inner walls and other bodies have no creases of the model
-    if not len(rows) or np.median(away[rows]) > mean_edge(run.mesh):  # as of a model that has shrunk to a place
+    if not len(rows) or np.median(away[rows]) > run.mesh.diagonal:  # it shrank to a place
         return
     if volume:
         rows = np.random.default_rng(0).permutation(rows)[:MOST_POINTS]
