@@ -89,6 +89,7 @@ def test_subsets_find_a_primitive_as_often_as_one_has_no_outlier(kind, size, dra
     assert abs(hits / trials - expected) < 4 * np.sqrt(expected * (1 - expected) / trials) + 1 / trials
 
 
+@pytest.mark.filterwarnings("ignore::simplexmesh.SimplexMeshWarning")
 @pytest.mark.parametrize(("kind", "count"), [("torus", 8), ("beam", 10), ("cone", 7)])
 def test_fewer_points_than_parameters_determine_nothing(kind, count):
     """Of hardly more points than parameters some are left out as outliers: those that remain are met by many."""
