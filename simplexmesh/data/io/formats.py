@@ -115,7 +115,7 @@ def _by_text(head: bytes) -> str | None:
     if re.match(r"\s*solid\b", text, re.IGNORECASE) and re.search(r"\bfacet\b", text, re.IGNORECASE):
         return "stl"
     number = r"[-+]?(\d+\.?\d*|\.\d+|nan|inf)([eE][-+]?\d+)?"
-    if re.search(rf"^(v|vn|vt)\s+{number}\s", text, re.MULTILINE):
+    if re.search(rf"^(v|vn|vt)\s+(?!\+){number}\s", text, re.MULTILINE):
         return "obj"
     if re.match(r"\s*Points\s*:=\s*\[", text):
         return "text"

@@ -70,7 +70,7 @@ def test_what_joined_a_wave_goes_where_that_one_goes(monkeypatch):
 
 def test_a_wavy_box_before_a_depth_camera_is_not_split(data_folder):
     found = sm.extract_primitives(data_folder / "box_rgbd.ply", kinds="plane")
-    assert 2 <= len(found.primitives) <= 8  # 11 and more when it is
+    assert 3 <= len(found.primitives) <= 8  # 11 and more when it is
 
 
 @pytest.mark.parametrize("rng", [1, *nightly(0, 2, 3)])
