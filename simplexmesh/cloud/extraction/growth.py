@@ -111,7 +111,7 @@ def grown(
 
 
 def is_flat(work: Working, found: Grown) -> bool:
-    """Return whether a primitive that is no plane bends less over its points than the waves of their noise.
+    """Return whether a primitive that is no plane, and fits, bends less over its points than the waves of their noise.
 
     Least squares of a plate are of a wide cylinder, however many points there are, where sides are seen at its edges.
     """
@@ -120,8 +120,9 @@ def is_flat(work: Working, found: Grown) -> bool:
     some = found.members[:: max(len(found.members) // (FITTED * NEIGHBORS), 1)]
     feet = found.primitive.projected(work.points[some])  # as near points are about as far off, if noise is large
     near = cKDTree(feet).query(feet[:: max(len(some) // FITTED, 1)], k=NEIGHBORS, workers=-1)[1]
-    waves = distances(work, found.primitive, some)[near].mean(axis=1)
-    return bool(np.linalg.eigvalsh(np.cov(feet.T))[0] < FLAT**2 * np.mean(waves**2))
+    off = distances(work, found.primitive, some)
+    bend, waves = np.linalg.eigvalsh(np.cov(feet.T))[0], off[near].mean(axis=1)
+    return deviation(off) <= SETTLED * found.noise and bool(bend < FLAT**2 * np.mean(waves**2))
 
 
 def flattened(work: Working, found: Grown, free: Mask) -> Grown:

@@ -18,11 +18,13 @@ STEP = 0.5
 """Length of a step, in radii; all lengths below are in radii."""
 
 SLAB = 0.8
-"""Half the length of the part of the pipe in which the axis is fitted: a parabola follows the tightest bend so far; and
-distance from the foreseen axis of points that may be on it, after they are moved inward."""
+"""Half the length of the part of the pipe in which the axis is fitted: a parabola follows the tightest bend so far."""
 
 WINDOWS = (0.5, 0.3, 0.2, 0.15)
 """Deviations of the weights about the axis, from that within which it is foreseen to that of noisy normals."""
+
+ASIDE = 0.8
+"""Distance from the foreseen axis of points that may be on it, after they are moved inward."""
 
 SLANT = 0.6
 """Cosine between normals and the axis that points may have: that of the parts of the tightest bend in a slab."""
@@ -83,7 +85,7 @@ def gather(points, normals, place, frame, radius, local):
         sign = -1.0 if dot(normal, away) < height * across else 1.0
         moved = plus(away, normal, -sign * radius)
         along, x, y = dot(moved, d) / radius, dot(moved, u) / radius, dot(moved, v) / radius
-        if abs(along) >= SLAB or abs(across) >= SLANT or x * x + y * y >= SLAB * SLAB:
+        if abs(along) >= SLAB or abs(across) >= SLANT or x * x + y * y >= ASIDE * ASIDE:
             continue
         local[count, 0], local[count, 1], local[count, 2] = along, x, y
         local[count, 3], local[count, 4] = sign * dot(normal, u), sign * dot(normal, v)

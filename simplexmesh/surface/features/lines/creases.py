@@ -41,15 +41,17 @@ SHARP = 0.8
 ROUNDS = 2
 """Of finding jumps: in the second, windows see past what was none in the first."""
 
-PART = 0.8
-"""Share of what whole lines need that a single edge must have; and of an angle, what triangles that straddle a crease
-leave of it while it is looked for."""
+EDGE = 0.8
+"""Share of what whole lines need that a single edge must have."""
 
 NEAR, ASTRIDE = 0.1, 0.003
 """Weights of triangles that may straddle a crease, and of those that do: at lines known to be off it."""
 
 OFF = 0.2
 """In edges of the mesh: lines whose edges are off their crease by less follow it."""
+
+BIAS = 0.8
+"""Of the angle, what triangles that straddle a crease leave of it while it is looked for."""
 
 SAMPLE = 1000
 """Edges at which the ordinary jump is measured."""
@@ -163,11 +165,11 @@ def creases(vertices: Array, faces: Indices, mates: Indices, angle: float) -> Cr
     facets, normals, exact = sampled(vertices, faces, mates)
     surface = FilteredSurface(Edges(facets), normals, exact)
     chosen, strengths = surface.bends > 0.5 * min(DEFAULT_ANGLE, angle), surface.bends
-    biased = max(min(DEFAULT_ANGLE, angle), PART * angle)
+    biased = max(min(DEFAULT_ANGLE, angle), BIAS * angle)
     ordinary = np.maximum(biased, STANDING_OUT * _ordinary_jumps(surface))
     for _ in range(ROUNDS):
         strengths, least = _measured(surface, chosen, strengths, ordinary)
-        chosen = chosen & (strengths > PART * least)
+        chosen = chosen & (strengths > EDGE * least)
     found = surface.creases_at(_cleaned(surface, chosen, strengths, ordinary, least))
     if not surface.edges.facets.simplified and (found.chosen != (kept := _without_fillets(found))).any():
         found = surface.creases_at(kept)
@@ -176,7 +178,7 @@ def creases(vertices: Array, faces: Indices, mates: Indices, angle: float) -> Cr
         return np.minimum(lines.mean(found.jumps) - angle, lines.mean(found.biased) - biased)
 
     chosen = found.edges.without_weakest(found.chosen, strength)
-    chosen = found.edges.trimmed(chosen, found.jumps < PART * angle)
+    chosen = found.edges.trimmed(chosen, found.jumps < EDGE * angle)
     chosen = found.edges.pruned(chosen, SHORTEST * found.scales)
     return replace(found, chosen=chosen)
 
