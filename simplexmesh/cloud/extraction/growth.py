@@ -122,7 +122,7 @@ def is_flat(work: Working, found: Grown) -> bool:
     near = cKDTree(feet).query(feet[:: max(len(some) // FITTED, 1)], k=NEIGHBORS, workers=-1)[1]
     off = distances(work, found.primitive, some)
     bend, waves = np.linalg.eigvalsh(np.cov(feet.T))[0], off[near].mean(axis=1)
-    return deviation(off) <= SETTLED * found.noise and bool(bend < FLAT**2 * np.mean(waves**2))
+    return deviation(off) <= UNEVEN * found.noise and bool(bend < FLAT**2 * np.mean(waves**2))
 
 
 def flattened(work: Working, found: Grown, free: Mask) -> Grown:
